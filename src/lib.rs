@@ -1,0 +1,12 @@
+//! Tracking control of robot arms whose dynamics nobody knows exactly.
+#![cfg_attr(not(feature = "std"), no_std)]
+#![forbid(unsafe_code)]
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("without `std` the crate needs the feature `libm`: default-features = false, features = [\"libm\"]");
+
+pub mod error;
+pub mod math;
+pub mod reference;
+
+pub use error::{Error, Result};
