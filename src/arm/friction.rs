@@ -1,0 +1,52 @@
+//! Joint friction: `f(q̇) = b q̇ + c tanh(q̇ / s)`, a viscous part and a smoothed Coulomb part (the f of eq. 6).
+
+use crate::error::{Result, non_negative, positive};
+use crate::math::{Vector, tanh};
+
+/// Friction of `N` joints, `fᵢ = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / sᵢ)`. It never drives the arm: q̇ᵀf ≥ 0.
+///
+/// The default is no friction, with a smoothing of 0.01 rad/s should a Coulomb part be set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction<const N: usize> {
+    /// b, viscous coefficient [N·m·s/rad], ≥ 0.
+    pub viscous: [f64; N],
+    /// c, Coulomb torque [N·m], ≥ 0.
+    pub coulomb: [f64; N],
+    /// s, the speed at which the Coulomb torque reaches 76 % [rad/s], > 0.
+    pub smoothing: [f64; N],
+}
+
+impl<const N: usize> Default for Friction<N> {
+    fn default() -> Self {
+        Self { viscous: [0.0; N], coulomb: [0.0; N], smoothing: [0.01; N] }
+    }
+}
+
+impl<const N: usize> Friction<N> {
+    /// Refuses what is not finite, a negative coefficient, and a smoothing that is not positive.
+    ///
+    /// # Errors
+    /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb` or `friction.smoothing`.
+    pub fn validate(&self) -> Result<()> {
+        non_negative("friction.viscous", &self.viscous)?;
+        non_negative("friction.coulomb", &self.coulomb)?;
+        positive("friction.smoothing", &self.smoothing)
+    }
+
+    /// True if no joint has any friction.
+    pub fn is_none(&self) -> bool {
+        self.viscous.iter().chain(&self.coulomb).all(|&c| c == 0.0)
+    }
+
+    /// f(q̇) [N·m] at the velocity `dq` [rad/s].
+    #[inline]
+    pub fn torque(&self, dq: &Vector<N>) -> Vector<N> {
+        Vector::from_fn(|i, _| {
+            let viscous = self.viscous[i] * dq[i];
+            if self.coulomb[i] == 0.0 {
+                return viscous;
+            }
+            viscous + self.coulomb[i] * tanh(dq[i] / self.smoothing[i])
+        })
+    }
+}
