@@ -1,0 +1,195 @@
+//! The paper's planar arm of two links, in closed form (section 4):
+//!
+//! ```text
+//! M = [θ₁ + θ₃ + 2θ₂ cos q₂   θ₃ + θ₂ cos q₂]    H = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂]  + G + f
+//!     [θ₃ + θ₂ cos q₂         θ₃            ]        [ θ₂ q̇₁² sin q₂             ]
+//! ```
+//!
+//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at mid-link; q₁ from the
+//! horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0) and has no friction; both can be added.
+
+use super::{Arm, Friction};
+use crate::error::{Result, finite, positive, within};
+use crate::math::{Matrix, Vector, sin_cos};
+
+/// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoLinkParameters {
+    /// m, mass of each link [kg], > 0.
+    pub mass: [f64; 2],
+    /// l, length of each link [m], > 0.
+    pub length: [f64; 2],
+    /// I, moment of inertia of each link about its centre of mass [kg·m²], > 0.
+    pub inertia: [f64; 2],
+    /// g [m/s²], pulling along the negative vertical axis; 0 for an arm in the horizontal plane.
+    pub gravity: f64,
+    /// Friction of the two joints.
+    pub friction: Friction<2>,
+}
+
+impl Default for TwoLinkParameters {
+    fn default() -> Self {
+        Self {
+            mass: [4.0; 2],
+            length: [0.5; 2],
+            inertia: [0.2; 2],
+            gravity: 0.0,
+            friction: Friction::default(),
+        }
+    }
+}
+
+/// The planar two-link arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TwoLink {
+    parameters: TwoLinkParameters,
+    /// θ₁, θ₂, θ₃ [kg·m²].
+    theta: [f64; 3],
+    /// det M where sin q₂ = 0 [kg²·m⁴].
+    det_0: f64,
+    /// Gravity torques of the first link with the second one's mass at its tip, and of the second link [N·m].
+    weight: [f64; 2],
+    has_gravity: bool,
+    has_friction: bool,
+}
+
+impl TwoLink {
+    /// Checks the parameters. M is then positive definite everywhere: θ₃ > 0, and
+    /// `det M = (I₁ + m₁l₁²/4) θ₃ + m₂l₁² I₂ + θ₂² sin² q₂` is a sum of terms ≥ 0 of which the first two are > 0.
+    ///
+    /// # Errors
+    /// `NotFinite` or `OutOfRange`, naming `mass`, `length`, `inertia`, `gravity` or `friction.…`; or `mass_matrix.det`
+    /// and `gravity_torque` if numbers that are valid one by one over- or underflow together.
+    pub fn new(parameters: TwoLinkParameters) -> Result<Self> {
+        let TwoLinkParameters { mass, length, inertia, gravity, friction } = parameters;
+        positive("mass", &mass)?;
+        positive("length", &length)?;
+        positive("inertia", &inertia)?;
+        finite("gravity", &[gravity])?;
+        friction.validate()?;
+
+        let link_1 = inertia[0] + mass[0] / 4.0 * length[0] * length[0];
+        let tip_1 = mass[1] * length[0] * length[0];
+        let theta_1 = link_1 + tip_1;
+        let theta_2 = mass[1] * length[0] * length[1] / 2.0;
+        let theta_3 = inertia[1] + mass[1] * length[1] * length[1] / 4.0;
+        let det_0 = link_1 * theta_3 + tip_1 * inertia[1];
+        let normal = |det: f64| det >= f64::MIN_POSITIVE;
+        within("mass_matrix.det", &[det_0], normal, "at least 2.3e-308 kg^2 m^4")?;
+        finite("mass_matrix.det", &[det_0 + theta_2 * theta_2])?;
+        finite("mass_matrix.det", &[theta_1 * theta_3])?;
+
+        let weight =
+            [(mass[0] / 2.0 + mass[1]) * length[0] * gravity, mass[1] * length[1] / 2.0 * gravity];
+        finite("gravity_torque", &weight)?;
+
+        Ok(Self {
+            parameters,
+            theta: [theta_1, theta_2, theta_3],
+            det_0,
+            weight,
+            has_gravity: gravity != 0.0,
+            has_friction: !friction.is_none(),
+        })
+    }
+
+    /// The parameters it was built from.
+    pub fn parameters(&self) -> &TwoLinkParameters {
+        &self.parameters
+    }
+
+    /// θ₁, θ₂, θ₃ [kg·m²].
+    pub fn theta(&self) -> [f64; 3] {
+        self.theta
+    }
+
+    /// M from cos q₂.
+    #[inline]
+    fn mass(&self, cos_2: f64) -> Matrix<2> {
+        let [theta_1, theta_2, theta_3] = self.theta;
+        let coupling = theta_2 * cos_2;
+        let m12 = theta_3 + coupling;
+        Matrix::<2>::new(theta_1 + theta_3 + 2.0 * coupling, m12, m12, theta_3)
+    }
+
+    /// H from q₁, sin q₂, cos q₂.
+    #[inline]
+    fn bias_at(&self, q1: f64, (sin_2, cos_2): (f64, f64), dq: &Vector<2>) -> Vector<2> {
+        // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
+        let h = self.theta[1] * sin_2;
+        let mut bias =
+            Vector::<2>::new(-h * (2.0 * dq[0] * dq[1] + dq[1] * dq[1]), h * (dq[0] * dq[0]));
+        if self.has_gravity {
+            bias += self.gravity_at(q1, (sin_2, cos_2));
+        }
+        if self.has_friction {
+            bias += self.parameters.friction.torque(dq);
+        }
+        bias
+    }
+
+    /// G from q₁, sin q₂, cos q₂, with cos(q₁ + q₂) by the addition theorem.
+    #[inline]
+    fn gravity_at(&self, q1: f64, (sin_2, cos_2): (f64, f64)) -> Vector<2> {
+        let (sin_1, cos_1) = sin_cos(q1);
+        let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
+        Vector::<2>::new(self.weight[0] * cos_1 + outer, outer)
+    }
+}
+
+impl Arm<2> for TwoLink {
+    #[inline]
+    fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
+        self.mass(sin_cos(q[1]).1)
+    }
+
+    #[inline]
+    fn coriolis(&self, q: &Vector<2>, dq: &Vector<2>) -> Matrix<2> {
+        // c = −θ₂ sin q₂,  C = [c q̇₂, c (q̇₁ + q̇₂); −c q̇₁, 0]
+        let c = -self.theta[1] * sin_cos(q[1]).0;
+        Matrix::<2>::new(c * dq[1], c * (dq[0] + dq[1]), -c * dq[0], 0.0)
+    }
+
+    #[inline]
+    fn gravity(&self, q: &Vector<2>) -> Vector<2> {
+        if !self.has_gravity {
+            return Vector::<2>::zeros();
+        }
+        self.gravity_at(q[0], sin_cos(q[1]))
+    }
+
+    #[inline]
+    fn friction(&self, dq: &Vector<2>) -> Vector<2> {
+        self.parameters.friction.torque(dq)
+    }
+
+    /// U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂).
+    fn potential_energy(&self, q: &Vector<2>) -> f64 {
+        self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
+    }
+
+    #[inline]
+    fn bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
+        self.bias_at(q[0], sin_cos(q[1]), dq)
+    }
+
+    #[inline]
+    fn mass_matrix_and_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> (Matrix<2>, Vector<2>) {
+        let trig = sin_cos(q[1]);
+        (self.mass(trig.1), self.bias_at(q[0], trig, dq))
+    }
+
+    /// q̈ = M⁻¹(τ − H) with the determinant of [`TwoLink::new`], which cannot cancel.
+    #[inline]
+    fn forward_dynamics(&self, q: &Vector<2>, dq: &Vector<2>, tau: &Vector<2>) -> Vector<2> {
+        let trig = sin_cos(q[1]);
+        let mass = self.mass(trig.1);
+        let net = tau - self.bias_at(q[0], trig, dq);
+        let off_axis = self.theta[1] * trig.0;
+        let inverse_det = 1.0 / (self.det_0 + off_axis * off_axis);
+        Vector::<2>::new(
+            (mass[(1, 1)] * net[0] - mass[(0, 1)] * net[1]) * inverse_det,
+            (mass[(0, 0)] * net[1] - mass[(0, 1)] * net[0]) * inverse_det,
+        )
+    }
+}
