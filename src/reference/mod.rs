@@ -1,5 +1,13 @@
 //! Where the arm should be: a desired motion as a function of time.
 
+mod quintic;
+mod sines;
+mod table;
+
+pub use quintic::Quintic;
+pub use sines::{Harmonic, Sines};
+pub use table::Table;
+
 use crate::math::Vector;
 
 /// Desired position [rad], velocity [rad/s] and acceleration [rad/s²] at one instant.
@@ -13,6 +21,14 @@ pub struct Setpoint<const N: usize> {
     pub ddq: Vector<N>,
 }
 
+impl<const N: usize> Setpoint<N> {
+    /// Standing still at `q` [rad].
+    #[inline]
+    pub fn at_rest(q: Vector<N>) -> Self {
+        Self { q, dq: Vector::zeros(), ddq: Vector::zeros() }
+    }
+}
+
 /// A desired motion. Any `Fn(f64) -> Setpoint<N>` is one.
 pub trait Reference<const N: usize> {
     /// The set-point at time `t` [s].
@@ -20,6 +36,7 @@ pub trait Reference<const N: usize> {
 }
 
 impl<const N: usize, F: Fn(f64) -> Setpoint<N>> Reference<N> for F {
+    #[inline]
     fn at(&self, t: f64) -> Setpoint<N> {
         self(t)
     }

@@ -1,0 +1,88 @@
+//! Sums of sines: `q_d(t) = o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)`, the paper's reference and its disturbance (section 4).
+
+use super::{Reference, Setpoint};
+use crate::error::{Error, Result, finite};
+use crate::math::{Vector, sin_cos};
+
+/// One frequency of a [`Sines`], with its amplitudes in every joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Harmonic<const N: usize> {
+    /// ω [rad/s].
+    pub frequency: f64,
+    /// s, amplitudes of sin(ω t) [rad].
+    pub sin: [f64; N],
+    /// c, amplitudes of cos(ω t) [rad].
+    pub cos: [f64; N],
+}
+
+/// `o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)` with its exact derivatives. Used as a disturbance, its unit is N·m.
+///
+/// The harmonics live in an array, a slice or a `Vec`; each costs one sine and cosine, so give every frequency once.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sines<const N: usize, T> {
+    offset: Vector<N>,
+    harmonics: T,
+}
+
+impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
+    /// Checks the numbers, and that no value, velocity or acceleration can overflow.
+    ///
+    /// # Errors
+    /// `NotFinite`, naming `offset`, `harmonics.frequency` (index k), `harmonics.sin` or `harmonics.cos` (index k N + i
+    /// of harmonic k and joint i); or `acceleration` (index i) if amplitudes and frequencies overflow together.
+    pub fn new(offset: [f64; N], harmonics: T) -> Result<Self> {
+        finite("offset", &offset)?;
+        for (k, harmonic) in harmonics.as_ref().iter().enumerate() {
+            entry("harmonics.frequency", k, harmonic.frequency)?;
+            for i in 0..N {
+                entry("harmonics.sin", k * N + i, harmonic.sin[i])?;
+                entry("harmonics.cos", k * N + i, harmonic.cos[i])?;
+            }
+        }
+        for i in 0..N {
+            // 1 + ω² bounds 1, ω and ω²: this sum is larger than the value and both derivatives.
+            let bound = harmonics.as_ref().iter().fold(offset[i].abs(), |sum, h| {
+                sum + (1.0 + h.frequency * h.frequency) * (h.sin[i].abs() + h.cos[i].abs())
+            });
+            entry("acceleration", i, bound)?;
+        }
+        Ok(Self { offset: offset.into(), harmonics })
+    }
+
+    /// The sum alone, without its derivatives, at time `t` [s].
+    #[inline]
+    pub fn value(&self, t: f64) -> Vector<N> {
+        let mut value = self.offset;
+        for Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {
+            let (s, c) = sin_cos(frequency * t);
+            for i in 0..N {
+                value[i] += sin[i] * s + cos[i] * c;
+            }
+        }
+        value
+    }
+}
+
+impl<const N: usize, T: AsRef<[Harmonic<N>]>> Reference<N> for Sines<N, T> {
+    #[inline]
+    fn at(&self, t: f64) -> Setpoint<N> {
+        let mut setpoint = Setpoint::at_rest(self.offset);
+        for &Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {
+            let (s, c) = sin_cos(frequency * t);
+            for i in 0..N {
+                let value = sin[i] * s + cos[i] * c;
+                setpoint.q[i] += value;
+                setpoint.dq[i] += frequency * (sin[i] * c - cos[i] * s);
+                setpoint.ddq[i] -= frequency * frequency * value;
+            }
+        }
+        setpoint
+    }
+}
+
+fn entry(parameter: &'static str, index: usize, got: f64) -> Result<()> {
+    if got.is_finite() {
+        return Ok(());
+    }
+    Err(Error::NotFinite { parameter, index: Some(index), got })
+}
