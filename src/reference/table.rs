@@ -40,11 +40,12 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
         let table = Self { t, q, dq, ddq };
         for k in 0..samples - 1 {
             let h = table.step(k);
+            let per_h = 1.0 / h;
             for i in 0..N {
                 let [c3, c4, c5] = table.coefficients(k, i, h);
                 // More than the sums of `inside` can reach; NaN if any of them overflowed.
                 let bound = 60.0 * (c3.abs() + c4.abs() + c5.abs());
-                if !(bound + bound / h + bound / (h * h)).is_finite() {
+                if !(bound + bound * per_h + bound * (per_h * per_h)).is_finite() {
                     return Err(too_close(table.t.as_ref(), k + 1));
                 }
             }
@@ -72,14 +73,16 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
     #[inline]
     fn inside(&self, k: usize, x: f64) -> Setpoint<N> {
         let h = self.step(k);
-        let s = x / h;
+        let per_h = 1.0 / h;
+        let s = x * per_h;
         let mut setpoint = self.sample(k);
         for i in 0..N {
             let [c3, c4, c5] = self.coefficients(k, i, h);
             let (dq, ddq) = (setpoint.dq[i], setpoint.ddq[i]);
             setpoint.q[i] += x * (dq + 0.5 * x * ddq) + s * s * s * (c3 + s * (c4 + s * c5));
-            setpoint.dq[i] += x * ddq + s * s * (3.0 * c3 + s * (4.0 * c4 + s * (5.0 * c5))) / h;
-            setpoint.ddq[i] += s * (6.0 * c3 + s * (12.0 * c4 + s * (20.0 * c5))) / (h * h);
+            setpoint.dq[i] +=
+                x * ddq + s * s * (3.0 * c3 + s * (4.0 * c4 + s * (5.0 * c5))) * per_h;
+            setpoint.ddq[i] += s * (6.0 * c3 + s * (12.0 * c4 + s * (20.0 * c5))) * (per_h * per_h);
         }
         setpoint
     }
