@@ -8,8 +8,15 @@ compile_error!(
 );
 
 pub mod arm;
+pub mod control;
 pub mod error;
+pub mod fuzzy;
 pub mod math;
+pub mod paper;
+pub mod plant;
 pub mod reference;
+pub mod riccati;
+#[cfg(feature = "std")]
+pub mod sim;
 
 pub use error::{Error, Result};

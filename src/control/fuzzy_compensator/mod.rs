@@ -1,0 +1,228 @@
+//! The fuzzy compensator ρ̂ = W ξ(x) (12)-(13) with the adaptive law (18).
+//!
+//! Over a step the weights change by a sum of rank-one terms, `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage
+//! needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the weights are read once a stage and written once a step.
+
+mod law;
+mod state;
+
+pub use state::{Buffer, FuzzyState, MAX_STAGES};
+
+use super::{Adaptation, Gains, Inputs, Sample};
+use crate::error::{Error, Result, within};
+use crate::fuzzy::kernels::contract;
+use crate::fuzzy::{Form, FuzzyBasis};
+use crate::math::Vector;
+use crate::riccati::{JointSolution, joint};
+
+/// Weights stay below this, so that their squares are finite.
+const MAX_WEIGHT: f64 = 1e150;
+
+/// What a fuzzy compensator is made from, beside its basis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FuzzyParameters<const N: usize> {
+    /// The signals that the basis sees.
+    pub inputs: Inputs,
+    /// Diagonal of Q for e, of each joint.
+    pub q_position: [f64; N],
+    /// Diagonal of Q for ė, of each joint.
+    pub q_velocity: [f64; N],
+    /// Attenuation level γ of (19); the paper's is 1.
+    pub gamma: f64,
+    /// Gain and robust modifications.
+    pub adaptation: Adaptation<N>,
+}
+
+impl<const N: usize> Default for FuzzyParameters<N> {
+    /// The paper's: inputs (e, ė), Q = 10 I, γ = 1.
+    fn default() -> Self {
+        let adaptation = Adaptation::default();
+        let (q_position, q_velocity) = ([10.0; N], [10.0; N]);
+        Self { inputs: Inputs::error(), q_position, q_velocity, gamma: 1.0, adaptation }
+    }
+}
+
+/// The compensator's configuration, with P solved for. Immutable.
+#[derive(Clone, Debug)]
+pub struct FuzzyCompensator<const N: usize> {
+    basis: FuzzyBasis,
+    parameters: FuzzyParameters<N>,
+    p: [JointSolution; N],
+}
+
+impl<const N: usize> FuzzyCompensator<N> {
+    /// A compensator for these feedback gains; solves (19) for P.
+    ///
+    /// # Errors
+    /// `inputs`: the basis has another number of inputs, or of joints. `gain`, `leak_rate`, …: see [`Adaptation`].
+    /// `q`, `gamma`: out of range, or [`Error::NoStabilizingSolution`] where (19) has none.
+    pub fn new(
+        basis: FuzzyBasis,
+        gains: &Gains<N>,
+        parameters: FuzzyParameters<N>,
+    ) -> Result<Self> {
+        let wanted = parameters.inputs.len(N);
+        if basis.inputs() != wanted {
+            let got = basis.inputs();
+            return Err(Error::WrongLength { parameter: "inputs", got, wanted });
+        }
+        if let Form::PerJoint { joints } = basis.form()
+            && joints != N
+        {
+            return Err(Error::WrongLength { parameter: "joints", got: joints, wanted: N });
+        }
+        parameters.adaptation.validate()?;
+        let mut p = [JointSolution::default(); N];
+        for (n, solution) in p.iter_mut().enumerate() {
+            let (q1, q2) = (parameters.q_position[n], parameters.q_velocity[n]);
+            *solution = joint(gains.kp[n], gains.kv[n], q1, q2, parameters.gamma)?;
+        }
+        Ok(Self { basis, parameters, p })
+    }
+
+    /// The basis ξ.
+    pub fn basis(&self) -> &FuzzyBasis {
+        &self.basis
+    }
+
+    /// The parameters it was made from.
+    pub fn parameters(&self) -> &FuzzyParameters<N> {
+        &self.parameters
+    }
+
+    /// P, joint by joint.
+    pub fn p(&self) -> &[JointSolution; N] {
+        &self.p
+    }
+
+    /// Number of weights, N × rules (per-joint bases: N × rules of a joint).
+    pub fn weights_len(&self) -> usize {
+        N * self.basis.block_rules()
+    }
+
+    /// Length of the buffer that a [`FuzzyState`] needs.
+    pub fn buffer_len(&self) -> usize {
+        self.matrices() * self.matrix_len()
+            + MAX_STAGES * self.basis.activation_len()
+            + self.basis.scratch_len()
+    }
+
+    /// A state with zero weights on the heap.
+    #[cfg(feature = "std")]
+    pub fn state(&self) -> FuzzyState<N, Vec<f64>> {
+        FuzzyState::over(vec![0.0; self.buffer_len()])
+    }
+
+    /// A state with zero weights in a buffer of the caller's: an array, a slice, a vector.
+    ///
+    /// # Errors
+    /// `buffer`: shorter than [`buffer_len`](Self::buffer_len).
+    pub fn state_in<B: Buffer>(&self, mut buffer: B) -> Result<FuzzyState<N, B>> {
+        let (got, wanted) = (buffer.as_ref().len(), self.buffer_len());
+        if got < wanted {
+            return Err(Error::WrongLength { parameter: "buffer", got, wanted });
+        }
+        buffer.as_mut().fill(0.0);
+        Ok(FuzzyState::over(buffer))
+    }
+
+    /// Writes W, row-major (N × rules).
+    ///
+    /// # Errors
+    /// `weights`: wrong length.
+    pub fn read_weights<B: Buffer>(
+        &self,
+        state: &FuzzyState<N, B>,
+        weights: &mut [f64],
+    ) -> Result<()> {
+        self.check_length(weights)?;
+        weights.fill(0.0);
+        let matrices = state.buffer.as_ref().chunks_exact(self.matrix_len());
+        for matrix in matrices.take(self.matrices()) {
+            let rows = matrix.chunks_exact(self.basis.row_len());
+            for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
+                self.basis.add_unpacked(padded, row);
+            }
+        }
+        Ok(())
+    }
+
+    /// Replaces W by known weights, row-major (N × rules); adaptation goes on from there.
+    ///
+    /// # Errors
+    /// `weights`: wrong length, not finite, or larger than 1e150. The state is then as before.
+    pub fn load_weights<B: Buffer>(
+        &self,
+        state: &mut FuzzyState<N, B>,
+        weights: &[f64],
+    ) -> Result<()> {
+        self.check_weights(weights)?;
+        self.write(state, weights, 0);
+        Ok(())
+    }
+
+    /// As [`load_weights`](Self::load_weights), and makes them W₀: what leak, e-modification and projection pull to.
+    ///
+    /// # Errors
+    /// As `load_weights`.
+    pub fn warm_start<B: Buffer>(
+        &self,
+        state: &mut FuzzyState<N, B>,
+        weights: &[f64],
+    ) -> Result<()> {
+        self.check_weights(weights)?;
+        self.write(state, weights, self.matrices() - 1);
+        Ok(())
+    }
+
+    fn write<B: Buffer>(&self, state: &mut FuzzyState<N, B>, weights: &[f64], matrix: usize) {
+        state.clear();
+        state.prior = matrix == 1;
+        let place = state.buffer.as_mut().chunks_exact_mut(self.matrix_len()).nth(matrix);
+        let rows = place.into_iter().flat_map(|m| m.chunks_exact_mut(self.basis.row_len()));
+        for ((padded, row), norm) in
+            rows.zip(weights.chunks_exact(self.basis.block_rules())).zip(state.norms.iter_mut())
+        {
+            self.basis.pack(row, padded);
+            if matrix == 0 {
+                *norm = contract(padded, &[1.0], padded);
+            }
+        }
+    }
+
+    fn check_weights(&self, weights: &[f64]) -> Result<()> {
+        self.check_length(weights)?;
+        let usable = |w: f64| w.abs() <= MAX_WEIGHT;
+        within("weights", weights, usable, "weights of at most 1e150")
+    }
+
+    fn check_length(&self, weights: &[f64]) -> Result<()> {
+        let (got, wanted) = (weights.len(), self.weights_len());
+        if got != wanted {
+            return Err(Error::WrongLength { parameter: "weights", got, wanted });
+        }
+        Ok(())
+    }
+
+    /// Length of a padded weight matrix.
+    fn matrix_len(&self) -> usize {
+        N * self.basis.row_len()
+    }
+
+    /// W − W₀, and W₀ where something pulls the weights to it.
+    fn matrices(&self) -> usize {
+        if self.parameters.adaptation.pulls() { 2 } else { 1 }
+    }
+
+    /// Block of the basis that joint n uses.
+    #[inline]
+    fn block_of(&self, n: usize) -> usize {
+        if self.basis.blocks() == 1 { 0 } else { n }
+    }
+
+    /// s = BᵀPx [the unit of Q over 1/s²].
+    #[inline]
+    fn s(&self, sample: &Sample<N>) -> Vector<N> {
+        Vector::from_fn(|n, _| self.p[n].p12 * sample.e[n] + self.p[n].p22 * sample.de[n])
+    }
+}

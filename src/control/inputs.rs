@@ -1,0 +1,124 @@
+//! Which signals a compensator sees.
+
+use super::Sample;
+use crate::error::{Error, Result, within};
+use crate::fuzzy::MAX_INPUTS;
+
+/// A signal of `N` joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signal {
+    /// Tracking error e = q − q_d [rad].
+    E,
+    /// ė [rad/s].
+    De,
+    /// Measured position [rad].
+    Q,
+    /// Measured velocity [rad/s].
+    Dq,
+    /// Desired position [rad].
+    QDesired,
+    /// Desired velocity [rad/s].
+    DqDesired,
+    /// Desired acceleration [rad/s²].
+    DdqDesired,
+}
+
+/// Number of different signals.
+const SIGNALS: usize = 7;
+
+/// An ordered choice of signals, each multiplied by a scale before it reaches the sets.
+///
+/// The inputs are joint after joint within a signal: `[e₁, e₂, ė₁, ė₂]` for two joints and [`Inputs::error`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inputs {
+    chosen: [(Signal, f64); SIGNALS],
+    count: usize,
+}
+
+impl Inputs {
+    /// Signals in this order, each with its scale.
+    ///
+    /// # Errors
+    /// `inputs`: none, more than seven, or one twice. `scale`: not finite, or zero.
+    pub fn new(signals: &[(Signal, f64)]) -> Result<Self> {
+        let count = signals.len();
+        if count == 0 {
+            return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
+        }
+        if count > SIGNALS {
+            return Err(Error::TooMany { parameter: "inputs", got: Some(count), limit: SIGNALS });
+        }
+        let mut chosen = [(Signal::E, 1.0); SIGNALS];
+        for (i, &(signal, scale)) in signals.iter().enumerate() {
+            within("scale", &[scale], |s| s != 0.0, "a number other than 0")?;
+            if signals[..i].iter().any(|(other, _)| *other == signal) {
+                let wanted = "each signal once";
+                return Err(Error::OutOfRange {
+                    parameter: "inputs",
+                    index: Some(i),
+                    got: i as f64,
+                    wanted,
+                });
+            }
+            chosen[i] = (signal, scale);
+        }
+        Ok(Self { chosen, count })
+    }
+
+    /// (e, ė), the paper's choice: the compensator then acts as an integrator.
+    pub fn error() -> Self {
+        Self::unscaled(&[Signal::E, Signal::De])
+    }
+
+    /// (q, q̇): what is learnt belongs to a place, and stays right when learning stops.
+    pub fn state() -> Self {
+        Self::unscaled(&[Signal::Q, Signal::Dq])
+    }
+
+    /// (q_d, q̇_d): as `state`, without measurement noise.
+    pub fn reference() -> Self {
+        Self::unscaled(&[Signal::QDesired, Signal::DqDesired])
+    }
+
+    /// (q_d, q̇_d, q̈_d): a wrong inertia becomes learnable too.
+    pub fn trajectory() -> Self {
+        Self::unscaled(&[Signal::QDesired, Signal::DqDesired, Signal::DdqDesired])
+    }
+
+    fn unscaled(signals: &[Signal]) -> Self {
+        let mut chosen = [(Signal::E, 1.0); SIGNALS];
+        for (slot, &signal) in chosen.iter_mut().zip(signals) {
+            slot.0 = signal;
+        }
+        Self { chosen, count: signals.len() }
+    }
+
+    /// The chosen signals with their scales.
+    pub fn signals(&self) -> &[(Signal, f64)] {
+        &self.chosen[..self.count]
+    }
+
+    /// Number of scalar inputs for `joints` joints.
+    pub fn len(&self, joints: usize) -> usize {
+        self.count * joints
+    }
+
+    /// Writes the scaled inputs of a sample; entries beyond [`len`](Self::len) are left alone.
+    #[inline]
+    pub(super) fn gather<const N: usize>(&self, sample: &Sample<N>, x: &mut [f64; MAX_INPUTS]) {
+        for ((signal, scale), out) in self.signals().iter().zip(x.chunks_exact_mut(N)) {
+            let values = match signal {
+                Signal::E => &sample.e,
+                Signal::De => &sample.de,
+                Signal::Q => &sample.q,
+                Signal::Dq => &sample.dq,
+                Signal::QDesired => &sample.desired.q,
+                Signal::DqDesired => &sample.desired.dq,
+                Signal::DdqDesired => &sample.desired.ddq,
+            };
+            for n in 0..N {
+                out[n] = scale * values[n];
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! What a torque command may be: an effort limit and a rate limit.
+
+use crate::error::{Error, Result};
+use crate::math::Vector;
+
+/// Limits on the torque that a controller asks for. Unlimited by default.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits<const N: usize> {
+    /// Largest |τ| of each joint [N·m]; infinite = no limit.
+    pub effort_limit: [f64; N],
+    /// Largest change of each τ per second [N·m/s]; infinite = no limit. Needs a step, so sampled control only.
+    pub effort_rate_limit: [f64; N],
+}
+
+impl<const N: usize> Default for Limits<N> {
+    fn default() -> Self {
+        Self { effort_limit: [f64::INFINITY; N], effort_rate_limit: [f64::INFINITY; N] }
+    }
+}
+
+impl<const N: usize> Limits<N> {
+    /// Refuses NaN, zero and negative limits.
+    pub fn validate(&self) -> Result<()> {
+        positive_or_infinite("effort_limit", &self.effort_limit)?;
+        positive_or_infinite("effort_rate_limit", &self.effort_rate_limit)
+    }
+
+    /// The nearest torque inside the effort limit.
+    #[inline]
+    pub fn clamp(&self, tau: &Vector<N>) -> Vector<N> {
+        Vector::from_fn(|n, _| tau[n].clamp(-self.effort_limit[n], self.effort_limit[n]))
+    }
+
+    /// The nearest torque inside both limits, `dt` [s] after `last` was applied.
+    #[inline]
+    pub fn clamp_after(&self, last: &Vector<N>, tau: &Vector<N>, dt: f64) -> Vector<N> {
+        Vector::from_fn(|n, _| {
+            let change = self.effort_rate_limit[n] * dt;
+            let limit = self.effort_limit[n];
+            tau[n].clamp(last[n] - change, last[n] + change).clamp(-limit, limit)
+        })
+    }
+}
+
+fn positive_or_infinite(parameter: &'static str, values: &[f64]) -> Result<()> {
+    match values.iter().position(|v| v.is_nan() || *v <= 0.0) {
+        None => Ok(()),
+        Some(i) => Err(Error::OutOfRange {
+            parameter,
+            index: (values.len() > 1).then_some(i),
+            got: values[i],
+            wanted: "a limit > 0 (infinite for none)",
+        }),
+    }
+}

@@ -1,0 +1,11 @@
+//! Fuzzy systems with Gaussian sets and a linear output, y(x) = W ξ(x) (eqs. 1-4).
+
+#[cfg(feature = "std")]
+mod approximator;
+mod basis;
+pub(crate) mod kernels;
+mod membership;
+
+#[cfg(feature = "std")]
+pub use approximator::FuzzyApproximator;
+pub use basis::{Axis, Form, FuzzyBasis, MAX_INPUTS, MAX_RULES, MAX_SETS};

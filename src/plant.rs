@@ -1,0 +1,88 @@
+//! The arm that is really there: `M(q) q̈ + H(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6). τ_d opposes τ.
+
+use crate::arm::Arm;
+use crate::control::Limits;
+use crate::error::Result;
+use crate::math::Vector;
+use crate::reference::{Harmonic, Sines};
+
+/// A disturbance torque. Any `Fn(&q, &dq, t) -> Vector<N>` is one.
+pub trait Disturbance<const N: usize> {
+    /// τ_d(q, q̇, t) [N·m], opposing the applied torque.
+    fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N>;
+}
+
+/// No disturbance.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Undisturbed;
+
+impl<const N: usize> Disturbance<N> for Undisturbed {
+    fn torque(&self, _: &Vector<N>, _: &Vector<N>, _: f64) -> Vector<N> {
+        Vector::zeros()
+    }
+}
+
+impl<const N: usize, T: AsRef<[Harmonic<N>]>> Disturbance<N> for Sines<N, T> {
+    #[inline]
+    fn torque(&self, _: &Vector<N>, _: &Vector<N>, t: f64) -> Vector<N> {
+        self.value(t)
+    }
+}
+
+impl<const N: usize, F: Fn(&Vector<N>, &Vector<N>, f64) -> Vector<N>> Disturbance<N> for F {
+    fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
+        self(q, dq, t)
+    }
+}
+
+/// The true arm with what acts on it.
+#[derive(Clone, Debug)]
+pub struct Plant<const N: usize, A, D = Undisturbed> {
+    /// The arm that is really there.
+    pub arm: A,
+    /// τ_d.
+    pub disturbance: D,
+    /// What the actuators can give; only the effort limit counts here.
+    limits: Limits<N>,
+}
+
+impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
+    /// An arm under a disturbance, with actuators of unlimited torque.
+    pub fn new(arm: A, disturbance: D) -> Self {
+        Self { arm, disturbance, limits: Limits::default() }
+    }
+
+    /// The same with actuators that give at most this torque [N·m].
+    ///
+    /// # Errors
+    /// `effort_limit`: NaN or not > 0.
+    pub fn with_effort_limit(mut self, effort_limit: [f64; N]) -> Result<Self> {
+        self.limits = Limits { effort_limit, ..Limits::default() };
+        self.limits.validate()?;
+        Ok(self)
+    }
+
+    /// Largest torque of each actuator [N·m].
+    pub fn effort_limit(&self) -> &[f64; N] {
+        &self.limits.effort_limit
+    }
+
+    /// The torque that arrives at the joints when `tau` is asked for [N·m].
+    #[inline]
+    pub fn applied(&self, tau: &Vector<N>) -> Vector<N> {
+        self.limits.clamp(tau)
+    }
+
+    /// q̈ = M⁻¹(τ − τ_d − H) [rad/s²] for an applied torque.
+    #[inline]
+    pub fn acceleration(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        tau: &Vector<N>,
+        t: f64,
+    ) -> Vector<N> {
+        let net = tau - self.disturbance.torque(q, dq, t);
+        self.arm.forward_dynamics(q, dq, &net)
+    }
+}

@@ -1,0 +1,156 @@
+//! Plant, controller and reference as one system in continuous time, the paper's setting.
+
+use super::certificate::Certificate;
+use super::integrators::{Motion, RK4, Rates, Tableau};
+use crate::arm::Arm;
+use crate::control::{Audit, Command, Compensator, ComputedTorque, MAX_STAGES, Sample, Stage};
+use crate::error::Result;
+use crate::math::Vector;
+use crate::plant::{Disturbance, Plant};
+use crate::reference::{Reference, Setpoint};
+
+/// All that is known of the loop at one stage.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<const N: usize> {
+    /// Time [s].
+    pub t: f64,
+    /// Measurement, set-point and error.
+    pub sample: Sample<N>,
+    /// What the controller asked for.
+    pub command: Command<N>,
+    /// What the actuators gave [N·m].
+    pub applied: Vector<N>,
+    /// ρ = q̈ − v + ρ̂ [rad/s²], from the applied torque.
+    pub rho: Vector<N>,
+    /// The terms of the dissipation identity.
+    pub audit: Option<Audit<N>>,
+}
+
+impl<const N: usize> Evaluation<N> {
+    /// Completes a command with what the plant made of it.
+    pub(super) fn new(
+        t: f64,
+        sample: Sample<N>,
+        command: Command<N>,
+        applied: Vector<N>,
+        ddq: &Vector<N>,
+        audit: Option<Audit<N>>,
+    ) -> Self {
+        let rho = ddq - command.v + command.rho_hat;
+        Self { t, sample, command, applied, rho, audit }
+    }
+}
+
+/// The closed loop: the controller acts at every stage of the integrator.
+pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
+    plant: &'a Plant<N, A, D>,
+    controller: &'a ComputedTorque<N, B, C>,
+    reference: &'a R,
+    /// Two stages often fall on one time.
+    latest: Option<(f64, Setpoint<N>)>,
+    evaluations: [Option<Evaluation<N>>; MAX_STAGES],
+}
+
+impl<'a, const N: usize, A, D, B, C, R> ClosedLoop<'a, N, A, D, B, C, R>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    R: Reference<N>,
+{
+    /// A loop of these three.
+    pub fn new(
+        plant: &'a Plant<N, A, D>,
+        controller: &'a ComputedTorque<N, B, C>,
+        reference: &'a R,
+    ) -> Self {
+        Self { plant, controller, reference, latest: None, evaluations: [None; MAX_STAGES] }
+    }
+
+    /// What the last step found at stage `index`.
+    pub fn evaluation(&self, index: usize) -> Option<&Evaluation<N>> {
+        self.evaluations.get(index)?.as_ref()
+    }
+
+    /// q̈ at a stage, time `t`; remembers the evaluation.
+    #[inline]
+    pub fn acceleration<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        motion: &Motion<N>,
+    ) -> Vector<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let sample = Sample::new(motion.q, motion.dq, self.setpoint(t));
+        let command = self.controller.law(state, stage, &sample);
+        let applied = self.plant.applied(&command.tau);
+        if command.limited || applied != command.tau {
+            self.controller.compensator.hold(state, stage.index);
+        }
+        let ddq = self.plant.acceleration(&motion.q, &motion.dq, &applied, t);
+        let audit = self.controller.compensator.audit(state, stage.index, &sample);
+        let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
+        self.evaluations[stage.index] = Some(evaluation);
+        ddq
+    }
+
+    /// One step of RK4 of length `h` from `t` to `end` [s], whose stage 0 is already in `rates`.
+    ///
+    /// # Errors
+    /// When the weights would not be finite.
+    pub fn finish_rk4<S>(
+        &mut self,
+        state: &mut S,
+        (t, h, end): (f64, f64, f64),
+        motion: &Motion<N>,
+        rates: &mut Rates<N, 4>,
+    ) -> Result<Motion<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        RK4.stages(h, motion, 1, rates, |stage, at| {
+            let time = if stage.node == 1.0 { end } else { t + stage.node * h };
+            self.acceleration(state, stage, time, at)
+        });
+        self.advance(state, &RK4.end(h, 4))?;
+        Ok(motion.plus(h, &RK4.weights, rates))
+    }
+
+    /// Moves the compensator to the end of the step.
+    pub(super) fn advance<S>(&self, state: &mut S, end: &Stage<'_>) -> Result<()>
+    where
+        C: Compensator<N, S>,
+    {
+        self.controller.compensator.advance(state, end)
+    }
+
+    /// Adds the step that was just taken to the certificate.
+    #[inline]
+    pub(super) fn certify<const S: usize>(
+        &self,
+        tableau: &Tableau<S>,
+        h: f64,
+        certificate: &mut Certificate,
+    ) {
+        for (weight, evaluation) in tableau.weights.iter().zip(&self.evaluations) {
+            if let Some(evaluation) = evaluation {
+                certificate.add(weight * h, evaluation);
+            }
+        }
+    }
+
+    #[inline]
+    fn setpoint(&mut self, t: f64) -> Setpoint<N> {
+        if let Some((time, setpoint)) = self.latest
+            && time == t
+        {
+            return setpoint;
+        }
+        let setpoint = self.reference.at(t);
+        self.latest = Some((t, setpoint));
+        setpoint
+    }
+}

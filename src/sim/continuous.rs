@@ -1,0 +1,150 @@
+//! The controller in continuous time: it acts at every stage of the integrator.
+
+use core::ops::ControlFlow;
+
+use super::adaptive::attempt;
+use super::certificate::Certificate;
+use super::closed_loop::ClosedLoop;
+use super::integrators::{DP54, Motion, RK4, Rates, Tolerance, dp54_dense};
+use super::recorder::Recorder;
+use super::run::{Cause, Run, Status};
+use crate::arm::Arm;
+use crate::control::{Compensator, MAX_STAGES, Stage};
+use crate::plant::Disturbance;
+use crate::reference::Reference;
+
+/// RK4 with a fixed step; a row a step.
+pub(super) fn rk4<const N: usize, A, D, B, C, R, S>(
+    mut system: ClosedLoop<'_, N, A, D, B, C, R>,
+    state: &mut S,
+    mut motion: Motion<N>,
+    mut record: Recorder<N>,
+    mut monitor: impl FnMut(f64) -> ControlFlow<()>,
+) -> Run<N>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let h = record.dt;
+    let mut certificate = Certificate::default();
+    let mut rates = [Motion::zeros(); 4];
+    for k in 0..=record.steps {
+        let t = record.time(k);
+        let ddq = system.acceleration(state, &RK4.stage(0, h), t, &motion);
+        rates[0] = Motion { q: motion.dq, dq: ddq };
+        if let Some(at) = system.evaluation(0) {
+            if !record.check(at) {
+                break;
+            }
+            record.take(k, at);
+            record.confirm(&mut certificate, at);
+        }
+        if k == record.steps {
+            break;
+        }
+        if monitor(t).is_break() {
+            record.stop(Status::Interrupted { t });
+            break;
+        }
+        match system.finish_rk4(state, (t, h, record.time(k + 1)), &motion, &mut rates) {
+            Ok(next) => motion = next,
+            Err(error) => {
+                record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
+                break;
+            }
+        }
+        system.certify(&RK4, h, &mut certificate);
+    }
+    record.finish()
+}
+
+/// Dormand-Prince with error control; the rows come from its dense output.
+pub(super) fn dp54<const N: usize, A, D, B, C, R, S>(
+    mut system: ClosedLoop<'_, N, A, D, B, C, R>,
+    state: &mut S,
+    mut motion: Motion<N>,
+    mut record: Recorder<N>,
+    tolerance: Tolerance,
+    mut monitor: impl FnMut(f64) -> ControlFlow<()>,
+) -> Run<N>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let end = record.time(record.steps);
+    let mut certificate = Certificate::default();
+    let mut rates = [Motion::zeros(); 7];
+    let (mut t, mut h, mut row) = (0.0, record.dt, 0);
+    loop {
+        let ddq = system.acceleration(state, &DP54.stage(0, h), t, &motion);
+        rates[0] = Motion { q: motion.dq, dq: ddq };
+        if let Some(at) = system.evaluation(0) {
+            if row == 0 {
+                record.take(row, at);
+                row = 1;
+            }
+            if !record.check(at) {
+                break;
+            }
+            record.confirm(&mut certificate, at);
+        }
+        if t >= end {
+            break;
+        }
+        if monitor(t).is_break() {
+            record.stop(Status::Interrupted { t });
+            break;
+        }
+        let accepted = attempt((t, h, end), &motion, &mut rates, tolerance, |stage, time, at| {
+            system.acceleration(state, stage, time, at)
+        });
+        let Some(step) = accepted else {
+            record.stop(Status::Diverged { t, cause: Cause::StepTooShort });
+            break;
+        };
+        while row <= record.steps && record.time(row) <= step.end {
+            if record.due(row) {
+                let theta = (record.time(row) - t) / step.h;
+                dense(&mut system, state, (t, step.h, theta), &motion, &rates);
+                if let Some(at) = system.evaluation(MAX_STAGES - 1) {
+                    record.take(row, at);
+                }
+            }
+            row += 1;
+        }
+        system.certify(&DP54, step.h, &mut certificate);
+        if let Err(error) = system.advance(state, &DP54.end(step.h, 6)) {
+            record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
+            break;
+        }
+        (motion, t, h) = (step.motion, step.end, step.next_h);
+    }
+    record.finish()
+}
+
+/// Evaluates the loop inside the step that was just taken, at t + θ h, in the place of the last stage.
+fn dense<const N: usize, A, D, B, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+    state: &mut S,
+    (t, h, theta): (f64, f64, f64),
+    start: &Motion<N>,
+    rates: &Rates<N, 7>,
+) where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let coefficients = dp54_dense(theta);
+    let (index, nodes) = (MAX_STAGES - 1, &DP54.nodes[..]);
+    let stage = Stage { index, step: h, node: theta, coefficients: &coefficients, nodes };
+    let motion = start.plus(h, &coefficients, rates);
+    system.acceleration(state, &stage, t + theta * h, &motion);
+}

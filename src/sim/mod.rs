@@ -1,0 +1,22 @@
+//! Closed-loop simulation: the loop that a user would write with the public step, and its record.
+
+mod adaptive;
+mod certificate;
+mod closed_loop;
+mod continuous;
+mod integrators;
+mod metrics;
+mod options;
+mod recorder;
+mod run;
+mod sampled;
+mod simulate;
+
+pub use certificate::Certificate;
+pub use closed_loop::{ClosedLoop, Evaluation};
+pub use integrators::{DP54, DP54_ERROR, Motion, RK4, Rates, Tableau, Tolerance, dp54_dense};
+pub use metrics::{Metrics, Window, metrics};
+pub use options::{Method, Options};
+pub use run::{Cause, Run, Status};
+pub use sampled::hold_torque;
+pub use simulate::simulate;

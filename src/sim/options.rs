@@ -1,0 +1,106 @@
+//! How a run is made: length, step, method, sampling.
+
+use super::integrators::Tolerance;
+use crate::error::{Error, Result, finite, positive, within};
+
+/// A run has at most this many steps; its arrays would not fit memory.
+const MAX_STEPS: f64 = 1e8;
+
+/// How far a ratio of times may be from a whole number.
+const WHOLE_TOL: f64 = 1e-6;
+
+/// How the motion is integrated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Classical Runge-Kutta of order 4 with the fixed step `dt`.
+    Rk4,
+    /// Dormand-Prince 5(4) with error control; `dt` is the spacing of the record.
+    Dp54(Tolerance),
+}
+
+/// Options of a simulation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options<const N: usize> {
+    /// Length [s].
+    pub duration: f64,
+    /// Step of the integrator, and spacing of the record [s].
+    pub dt: f64,
+    /// Integrator.
+    pub method: Method,
+    /// Period of a sampled controller that holds its torque [s]; `None`: it acts in continuous time.
+    pub control_period: Option<f64>,
+    /// Initial position [rad].
+    pub q0: [f64; N],
+    /// Initial velocity [rad/s].
+    pub dq0: [f64; N],
+    /// Only every so many steps enter the record.
+    pub record_every: usize,
+}
+
+impl<const N: usize> Default for Options<N> {
+    /// The paper's: 40 s of RK4 with 1 ms from rest in the origin, in continuous time.
+    fn default() -> Self {
+        Self {
+            duration: 40.0,
+            dt: 1e-3,
+            method: Method::Rk4,
+            control_period: None,
+            q0: [0.0; N],
+            dq0: [0.0; N],
+            record_every: 1,
+        }
+    }
+}
+
+impl<const N: usize> Options<N> {
+    /// Number of steps of `dt`, and of `dt` in a control period.
+    ///
+    /// # Errors
+    /// The name of the option that is not finite, out of range, or no whole number of `dt`.
+    pub(super) fn steps(&self) -> Result<(usize, usize)> {
+        positive("dt", &[self.dt])?;
+        positive("duration", &[self.duration])?;
+        finite("q0", &self.q0)?;
+        finite("dq0", &self.dq0)?;
+        if self.record_every == 0 {
+            let wanted = "a whole number >= 1";
+            return Err(Error::OutOfRange {
+                parameter: "record_every",
+                index: None,
+                got: 0.0,
+                wanted,
+            });
+        }
+        if let Method::Dp54(Tolerance { rtol, atol }) = self.method {
+            within("rtol", &[rtol], |x| (1e-14..=1e-1).contains(&x), "between 1e-14 and 0.1")?;
+            within("atol", &[atol], |x| (1e-20..=1e-1).contains(&x), "between 1e-20 and 0.1")?;
+        }
+        let steps = self.multiples("duration", self.duration)?;
+        let hold = match self.control_period {
+            None => 1,
+            Some(period) => {
+                positive("control_period", &[period])?;
+                self.multiples("control_period", period)?
+            }
+        };
+        Ok((steps, hold))
+    }
+
+    fn multiples(&self, parameter: &'static str, time: f64) -> Result<usize> {
+        let ratio = time / self.dt;
+        let whole = libm::round(ratio);
+        if ratio > MAX_STEPS {
+            let limit = MAX_STEPS as usize;
+            return Err(Error::TooMany {
+                parameter: "duration / dt",
+                got: Some(whole as usize),
+                limit,
+            });
+        }
+        if whole < 1.0 || (ratio - whole).abs() > WHOLE_TOL {
+            let wanted = "a whole number of dt";
+            return Err(Error::OutOfRange { parameter, index: None, got: time, wanted });
+        }
+        Ok(whole as usize)
+    }
+}

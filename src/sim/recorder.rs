@@ -1,0 +1,93 @@
+//! Which rows enter the record, and when a run cannot go on.
+
+use super::certificate::Certificate;
+use super::closed_loop::Evaluation;
+use super::options::Options;
+use super::run::{Cause, Run, Status};
+use crate::control::Sample;
+use crate::math::Vector;
+
+/// A position or velocity beyond this counts as diverged [rad, rad/s].
+const DIVERGED: f64 = 1e6;
+
+/// The record with what decides which rows enter it.
+pub(super) struct Recorder<const N: usize> {
+    run: Run<N>,
+    certificate: Option<Certificate>,
+    /// Number of the last row.
+    pub steps: usize,
+    every: usize,
+    /// Spacing of the rows [s].
+    pub dt: f64,
+}
+
+impl<const N: usize> Recorder<N> {
+    /// An empty record of rows 0 … `steps`.
+    pub fn new(steps: usize, options: &Options<N>) -> Self {
+        let every = options.record_every;
+        let run = Run::with_capacity(steps / every + 2);
+        Self { run, certificate: None, steps, every, dt: options.dt }
+    }
+
+    /// Time of row k [s].
+    #[inline]
+    pub fn time(&self, k: usize) -> f64 {
+        k as f64 * self.dt
+    }
+
+    /// Whether row k enters the record.
+    pub fn due(&self, k: usize) -> bool {
+        k.is_multiple_of(self.every) || k == self.steps
+    }
+
+    /// False, with the status set, if the run cannot go on from here.
+    pub fn check(&mut self, at: &Evaluation<N>) -> bool {
+        let cause = trouble(at);
+        if let Some(cause) = cause {
+            self.run.status = Status::Diverged { t: at.t, cause };
+        }
+        cause.is_none()
+    }
+
+    /// Takes row k if it is due and nothing is wrong with it.
+    pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
+        if self.due(k) && trouble(at).is_none() {
+            self.run.push(at);
+        }
+    }
+
+    /// Confirms the certificate up to an evaluation that was found healthy.
+    pub fn confirm(&mut self, certificate: &mut Certificate, at: &Evaluation<N>) {
+        if let Some(audit) = &at.audit {
+            if self.certificate.is_none() {
+                certificate.v_start = audit.value;
+            }
+            certificate.v_end = audit.value;
+            self.certificate = Some(*certificate);
+        }
+    }
+
+    /// Notes why the run ended.
+    pub fn stop(&mut self, status: Status) {
+        self.run.status = status;
+    }
+
+    /// The record.
+    pub fn finish(mut self) -> Run<N> {
+        self.run.certificate = self.certificate;
+        self.run
+    }
+}
+
+/// Why a run cannot go on from here, if it cannot.
+fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
+    let Sample { q, dq, desired, .. } = &at.sample;
+    let finite = |x: &Vector<N>| x.iter().all(|v| v.is_finite());
+    if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
+        return Some(Cause::Reference);
+    }
+    if q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED || v.is_nan()) {
+        return Some(Cause::Motion);
+    }
+    (!finite(&at.rho)).then_some(Cause::Acceleration)
+}

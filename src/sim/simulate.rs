@@ -1,0 +1,55 @@
+//! One call for a whole run.
+
+use core::ops::ControlFlow;
+
+use super::closed_loop::ClosedLoop;
+use super::continuous::{dp54, rk4};
+use super::integrators::Motion;
+use super::options::{Method, Options};
+use super::recorder::Recorder;
+use super::run::Run;
+use super::sampled::Sampled;
+use crate::arm::Arm;
+use crate::control::{Compensator, ComputedTorque, State};
+use crate::error::Result;
+use crate::plant::{Disturbance, Plant};
+use crate::reference::Reference;
+
+/// Simulates the closed loop and records it.
+///
+/// `state` is the controller's and ends as the run left it. `monitor` is told the time [s] before every step and may
+/// break the run off. A run that cannot go on ends early: its [`Status`] says when and why, and what was recorded so far
+/// is returned.
+///
+/// # Errors
+/// The name of an option that makes no sense; see [`Options`].
+pub fn simulate<const N: usize, A, D, B, C, R, S>(
+    plant: &Plant<N, A, D>,
+    controller: &ComputedTorque<N, B, C>,
+    state: &mut State<N, S>,
+    reference: &R,
+    options: &Options<N>,
+    monitor: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Run<N>>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let (steps, hold) = options.steps()?;
+    let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
+    let record = Recorder::new(steps, options);
+    let system = ClosedLoop::new(plant, controller, reference);
+    Ok(match (options.control_period, options.method) {
+        (None, Method::Rk4) => rk4(system, &mut state.compensator, start, record, monitor),
+        (None, Method::Dp54(tolerance)) => {
+            dp54(system, &mut state.compensator, start, record, tolerance, monitor)
+        }
+        (Some(_), _) => {
+            let sampled = Sampled { plant, controller, reference, hold, method: options.method };
+            sampled.run(state, start, record, monitor)
+        }
+    })
+}
