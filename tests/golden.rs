@@ -20,8 +20,16 @@ fn third(reading: Reading) -> Run<2> {
     let mut state = State::new(controller.compensator.state());
     let (plant, reference) = (paper::plant().unwrap(), paper::reference().unwrap());
     let start = std::time::Instant::now();
-    let run = simulate(&plant, &controller, &mut state, &reference, &Options::default(), |_| ControlFlow::Continue(())).unwrap();
-    println!("{reading:?} {:?} {:?} {:?}", start.elapsed(), figures(&run), run.certificate.unwrap().residual());
+    let run = simulate(&plant, &controller, &mut state, &reference, &Options::default(), |_| {
+        ControlFlow::Continue(())
+    })
+    .unwrap();
+    println!(
+        "{reading:?} {:?} {:?} {:?}",
+        start.elapsed(),
+        figures(&run),
+        run.certificate.unwrap().residual()
+    );
     run
 }
 
@@ -50,9 +58,26 @@ fn simulation_3_matches_the_golden_values() {
 #[test]
 fn simulations_1_and_2() {
     let reference = paper::reference().unwrap();
-    let controller = ComputedTorque::new(paper::nominal().unwrap(), paper::gains().unwrap(), NoCompensation);
-    let run = simulate(&Plant::new(paper::nominal().unwrap(), Undisturbed), &controller, &mut State::new(()), &reference, &Options::default(), |_| ControlFlow::Continue(())).unwrap();
+    let controller =
+        ComputedTorque::new(paper::nominal().unwrap(), paper::gains().unwrap(), NoCompensation);
+    let run = simulate(
+        &Plant::new(paper::nominal().unwrap(), Undisturbed),
+        &controller,
+        &mut State::new(()),
+        &reference,
+        &Options::default(),
+        |_| ControlFlow::Continue(()),
+    )
+    .unwrap();
     println!("{:?}", figures(&run));
-    let run = simulate(&paper::plant().unwrap(), &controller, &mut State::new(()), &reference, &Options::default(), |_| ControlFlow::Continue(())).unwrap();
+    let run = simulate(
+        &paper::plant().unwrap(),
+        &controller,
+        &mut State::new(()),
+        &reference,
+        &Options::default(),
+        |_| ControlFlow::Continue(()),
+    )
+    .unwrap();
     println!("{:?}", figures(&run));
 }

@@ -2,7 +2,6 @@
 
 use super::Sample;
 use crate::error::{Error, Result, within};
-use crate::fuzzy::MAX_INPUTS;
 
 /// A signal of `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,9 +102,9 @@ impl Inputs {
         self.count * joints
     }
 
-    /// Writes the scaled inputs of a sample; entries beyond [`len`](Self::len) are left alone.
+    /// Writes the scaled inputs of a sample to an `x` of [`len`](Self::len).
     #[inline]
-    pub(super) fn gather<const N: usize>(&self, sample: &Sample<N>, x: &mut [f64; MAX_INPUTS]) {
+    pub(crate) fn gather<const N: usize>(&self, sample: &Sample<N>, x: &mut [f64]) {
         for ((signal, scale), out) in self.signals().iter().zip(x.chunks_exact_mut(N)) {
             let values = match signal {
                 Signal::E => &sample.e,

@@ -15,6 +15,7 @@
 use super::kernels::{LANES, dot};
 use super::membership::{Lattice, Set, exponentials, memberships};
 use crate::error::{Error, Result, finite, within};
+use crate::math::sqrt;
 
 /// Most inputs of a basis: seven signals of eight joints fit.
 pub const MAX_INPUTS: usize = 64;
@@ -187,6 +188,11 @@ impl FuzzyBasis {
         self.layout.blocks
     }
 
+    /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1 an input.
+    pub(crate) fn xi_bound(&self) -> f64 {
+        sqrt(self.block_rules() as f64)
+    }
+
     /// Length of a padded weight row.
     pub(crate) fn row_len(&self) -> usize {
         self.layout.outer * self.layout.stride
@@ -252,8 +258,8 @@ impl FuzzyBasis {
     fn activate_grid(&self, memberships: &[f64], activation: &mut [f64]) {
         let Layout { blocks, leading, outer, stride, .. } = self.layout;
         for block in 0..blocks {
-            let axes = self.axes[..self.inputs].iter().skip(block).step_by(blocks);
-            let factors = axes.map(|axis| &memberships[axis.first..axis.first + axis.sets]);
+            let own = (block..self.inputs).step_by(blocks).map(|i| &self.axes[i]);
+            let factors = own.map(|axis| &memberships[axis.first..axis.first + axis.sets]);
             let size = outer + stride;
             let (u, v) = activation[block * size..(block + 1) * size].split_at_mut(outer);
             kronecker(factors.clone().take(leading), u);
@@ -325,17 +331,17 @@ impl Layout {
     }
 }
 
-/// out[..] = ⊗ factors, the first factor slowest; entries beyond the product are left alone.
+/// out[..] = ⊗ factors, from the last factor to the first; entries beyond the product are left alone.
 #[inline]
-fn kronecker<'a>(factors: impl Iterator<Item = &'a [f64]>, out: &mut [f64]) {
+fn kronecker<'a>(factors: impl DoubleEndedIterator<Item = &'a [f64]>, out: &mut [f64]) {
     let mut len = 1;
     out[0] = 1.0;
-    for factor in factors {
-        for a in (0..len).rev() {
-            let scale = out[a];
-            let row = &mut out[a * factor.len()..(a + 1) * factor.len()];
-            row.iter_mut().zip(factor).for_each(|(y, p)| *y = scale * p);
+    for factor in factors.rev() {
+        let (old, new) = out[..len * factor.len()].split_at_mut(len);
+        for (row, p) in new.chunks_exact_mut(len).zip(&factor[1..]) {
+            row.iter_mut().zip(&*old).for_each(|(y, x)| *y = p * x);
         }
+        old.iter_mut().for_each(|y| *y *= factor[0]);
         len *= factor.len();
     }
 }

@@ -34,15 +34,26 @@ impl Certificate {
         if scale > 0.0 { difference / scale } else { difference }
     }
 
-    /// Adds one stage with its quadrature weight [s].
+    /// The integrands at one stage; zero for a compensator without a proof.
     #[inline]
-    pub(super) fn add<const N: usize>(&mut self, weight: f64, evaluation: &Evaluation<N>) {
-        if let Some(audit) = &evaluation.audit {
-            let supply = 2.0 * audit.s.dot(&evaluation.rho);
-            self.supplied += weight * (supply - audit.loss);
-            self.turnover += weight * (supply.abs() + audit.loss.abs());
-            self.state_cost += weight * audit.state_cost;
-            self.uncertainty += weight * (evaluation.rho - audit.prior).norm_squared();
+    pub(super) fn rates<const N: usize>(evaluation: &Evaluation<N>) -> Self {
+        let Some(audit) = &evaluation.audit else { return Self::default() };
+        let supply = 2.0 * audit.s.dot(&evaluation.rho);
+        Self {
+            supplied: supply - audit.loss,
+            turnover: supply.abs() + audit.loss.abs(),
+            state_cost: audit.state_cost,
+            uncertainty: (evaluation.rho - audit.prior).norm_squared(),
+            ..Self::default()
         }
+    }
+
+    /// Adds the integrands of one stage with their quadrature weight [s].
+    #[inline]
+    pub(super) fn add(&mut self, weight: f64, rates: &Self) {
+        self.supplied += weight * rates.supplied;
+        self.turnover += weight * rates.turnover;
+        self.state_cost += weight * rates.state_cost;
+        self.uncertainty += weight * rates.uncertainty;
     }
 }

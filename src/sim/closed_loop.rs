@@ -48,7 +48,9 @@ pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
     reference: &'a R,
     /// Two stages often fall on one time.
     latest: Option<(f64, Setpoint<N>)>,
-    evaluations: [Option<Evaluation<N>>; MAX_STAGES],
+    /// The loop at the stage evaluated last, and the certificate's share of every stage.
+    evaluation: Option<Evaluation<N>>,
+    shares: [Certificate; MAX_STAGES],
 }
 
 impl<'a, const N: usize, A, D, B, C, R> ClosedLoop<'a, N, A, D, B, C, R>
@@ -64,12 +66,19 @@ where
         controller: &'a ComputedTorque<N, B, C>,
         reference: &'a R,
     ) -> Self {
-        Self { plant, controller, reference, latest: None, evaluations: [None; MAX_STAGES] }
+        Self {
+            plant,
+            controller,
+            reference,
+            latest: None,
+            evaluation: None,
+            shares: [Certificate::default(); MAX_STAGES],
+        }
     }
 
-    /// What the last step found at stage `index`.
-    pub fn evaluation(&self, index: usize) -> Option<&Evaluation<N>> {
-        self.evaluations.get(index)?.as_ref()
+    /// The loop at the stage that was evaluated last.
+    pub fn evaluation(&self) -> Option<&Evaluation<N>> {
+        self.evaluation.as_ref()
     }
 
     /// q̈ at a stage, time `t`; remembers the evaluation.
@@ -93,7 +102,8 @@ where
         let ddq = self.plant.acceleration(&motion.q, &motion.dq, &applied, t);
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
-        self.evaluations[stage.index] = Some(evaluation);
+        self.shares[stage.index] = Certificate::rates(&evaluation);
+        self.evaluation = Some(evaluation);
         ddq
     }
 
@@ -135,10 +145,8 @@ where
         h: f64,
         certificate: &mut Certificate,
     ) {
-        for (weight, evaluation) in tableau.weights.iter().zip(&self.evaluations) {
-            if let Some(evaluation) = evaluation {
-                certificate.add(weight * h, evaluation);
-            }
+        for (weight, share) in tableau.weights.iter().zip(&self.shares) {
+            certificate.add(weight * h, share);
         }
     }
 

@@ -35,7 +35,7 @@ where
         let t = record.time(k);
         let ddq = system.acceleration(state, &RK4.stage(0, h), t, &motion);
         rates[0] = Motion { q: motion.dq, dq: ddq };
-        if let Some(at) = system.evaluation(0) {
+        if let Some(at) = system.evaluation() {
             if !record.check(at) {
                 break;
             }
@@ -84,7 +84,7 @@ where
     loop {
         let ddq = system.acceleration(state, &DP54.stage(0, h), t, &motion);
         rates[0] = Motion { q: motion.dq, dq: ddq };
-        if let Some(at) = system.evaluation(0) {
+        if let Some(at) = system.evaluation() {
             if row == 0 {
                 record.take(row, at);
                 row = 1;
@@ -112,7 +112,7 @@ where
             if record.due(row) {
                 let theta = (record.time(row) - t) / step.h;
                 dense(&mut system, state, (t, step.h, theta), &motion, &rates);
-                if let Some(at) = system.evaluation(MAX_STAGES - 1) {
+                if let Some(at) = system.evaluation() {
                     record.take(row, at);
                 }
             }

@@ -4,9 +4,12 @@ use super::state::{MAX_STAGES, Mix};
 use super::{Buffer, FuzzyCompensator, FuzzyState, MAX_WEIGHT};
 use crate::control::{Audit, Compensator, Sample, Stage};
 use crate::error::{Error, Result};
-use crate::fuzzy::kernels::{accumulate, contract};
-use crate::fuzzy::{FuzzyBasis, MAX_INPUTS};
+use crate::fuzzy::FuzzyBasis;
+use crate::fuzzy::kernels::{Term, accumulate, contract, flush};
 use crate::math::{Vector, exp, sqrt};
+
+/// Denormal weights are looked for once in so many steps.
+const FLUSH_EVERY: u64 = 256;
 
 impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompensator<N> {
     fn estimate(
@@ -35,7 +38,8 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         }
         let mut mixes = self.mixes(state, end);
         let joints = || mixes.iter().enumerate();
-        let bound: f64 = joints().map(|(n, mix)| state.norm_bound(mix, end.index, n)).sum();
+        let bound: f64 =
+            joints().map(|(n, mix)| state.norm_bound(mix, self.basis.xi_bound(), n)).sum();
         if bound > MAX_WEIGHT || bound.is_nan() {
             let wanted = "weights of at most 1e150; lower the gain";
             return Err(Error::OutOfRange {
@@ -50,12 +54,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             let retraction = self.parameters.adaptation.retraction(norm);
             mixes.iter_mut().for_each(|mix| mix.scale(retraction));
         }
-        match end.index {
-            0..=1 => self.write_weights::<1, B>(state, &mixes),
-            2..=4 => self.write_weights::<4, B>(state, &mixes),
-            5..=6 => self.write_weights::<6, B>(state, &mixes),
-            _ => self.write_weights::<MAX_STAGES, B>(state, &mixes),
-        }
+        self.write_weights(state, &mixes, end.index);
         Ok(())
     }
 
@@ -97,13 +96,13 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// Evaluates the basis into the place of stage i.
     #[inline]
     fn activate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, sample: &Sample<N>) {
-        let mut x = [0.0; MAX_INPUTS];
-        self.parameters.inputs.gather(sample, &mut x);
         let (_, rest) = state.buffer.as_mut().split_at_mut(self.matrices() * self.matrix_len());
         let length = self.basis.activation_len();
         let (activations, scratch) = rest.split_at_mut(MAX_STAGES * length);
         let place = &mut activations[i * length..(i + 1) * length];
-        self.basis.activate(&x[..self.basis.inputs()], scratch, place);
+        let (x, scratch) = scratch.split_at_mut(self.basis.inputs());
+        self.parameters.inputs.gather(sample, x);
+        self.basis.activate(x, scratch, place);
     }
 
     /// The products of both weight matrices with the basis of stage i.
@@ -121,6 +120,12 @@ impl<const N: usize> FuzzyCompensator<N> {
         }
     }
 
+    /// Whether the law needs |ξ|².
+    #[inline]
+    fn normalizes(&self) -> bool {
+        self.parameters.adaptation.normalization > 0.0
+    }
+
     /// Whether the size of the weights matters at stage i: to the law, or to a record between steps.
     #[inline]
     fn needs_norms(&self, i: usize) -> bool {
@@ -133,7 +138,8 @@ impl<const N: usize> FuzzyCompensator<N> {
         let i = stage.index;
         let all = self.needs_norms(i);
         for j in 0..=i {
-            if j < i && stage.coefficients[j] == 0.0 && !all {
+            let matters = if j < i { stage.coefficients[j] != 0.0 } else { self.normalizes() };
+            if !(matters || all) {
                 continue;
             }
             let buffer = state.buffer.as_ref();
@@ -208,24 +214,33 @@ impl<const N: usize> FuzzyCompensator<N> {
         mixes
     }
 
-    /// D ← keep D + Σ cⱼ ξⱼᵀ, row by row.
+    /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
     #[inline]
-    fn write_weights<const M: usize, B: Buffer>(
+    fn write_weights<B: Buffer>(
         &self,
         state: &mut FuzzyState<N, B>,
         mixes: &[Mix; N],
+        count: usize,
     ) {
         let row = self.basis.row_len();
         let (weights, rest) = state.buffer.as_mut().split_at_mut(self.matrix_len());
         let activations = &rest[(self.matrices() - 1) * self.matrix_len()..];
         for (n, mix) in mixes.iter().enumerate() {
-            let xi: [_; M] = core::array::from_fn(|m| {
-                self.basis.block(slot(&self.basis, activations, m), self.block_of(n))
-            });
-            let coefficients: [f64; M] = core::array::from_fn(|m| mix.terms[m]);
+            let mut terms = [Term { coefficient: 0.0, u: &[], v: &[] }; MAX_STAGES];
+            let mut used = 0;
+            for j in (0..count).filter(|&j| mix.terms[j] != 0.0) {
+                let xi = self.basis.block(slot(&self.basis, activations, j), self.block_of(n));
+                terms[used] = Term { coefficient: mix.terms[j], u: xi.u, v: xi.v };
+                used += 1;
+            }
             let place = &mut weights[n * row..(n + 1) * row];
-            state.norms[n] =
-                accumulate(place, mix.keep, &coefficients, &xi.map(|x| x.u), &xi.map(|x| x.v));
+            if used > 0 || mix.keep != 1.0 {
+                state.norms[n] = accumulate(place, mix.keep, &terms[..used]);
+            }
+        }
+        state.advances += 1;
+        if state.advances.is_multiple_of(FLUSH_EVERY) {
+            flush(weights);
         }
     }
 

@@ -10,7 +10,7 @@ pub use state::{Buffer, FuzzyState, MAX_STAGES};
 
 use super::{Adaptation, Gains, Inputs, Sample};
 use crate::error::{Error, Result, within};
-use crate::fuzzy::kernels::contract;
+use crate::fuzzy::kernels::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::math::Vector;
 use crate::riccati::{JointSolution, joint};
@@ -104,6 +104,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     pub fn buffer_len(&self) -> usize {
         self.matrices() * self.matrix_len()
             + MAX_STAGES * self.basis.activation_len()
+            + self.basis.inputs()
             + self.basis.scratch_len()
     }
 
@@ -185,7 +186,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         {
             self.basis.pack(row, padded);
             if matrix == 0 {
-                *norm = contract(padded, &[1.0], padded);
+                *norm = norm_squared(padded);
             }
         }
     }

@@ -20,13 +20,15 @@ pub struct FuzzyState<const N: usize, B> {
     /// Whether W₀ is not zero.
     pub(super) prior: bool,
     pub(super) frozen: bool,
+    /// Steps taken, to flush denormal weights once in a while.
+    pub(super) advances: u64,
     pub(super) stages: Stages<N>,
 }
 
 impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     pub(super) fn over(buffer: B) -> Self {
         let norms = Vector::zeros();
-        Self { buffer, norms, prior: false, frozen: false, stages: Stages::default() }
+        Self { buffer, norms, prior: false, frozen: false, advances: 0, stages: Stages::default() }
     }
 
     /// Stops adaptation; the weights stay in use as they are.
@@ -63,17 +65,17 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
         sum.max(0.0)
     }
 
-    /// An upper bound of |Dₙ| for the weights of `mix`.
-    pub(super) fn norm_bound(&self, mix: &Mix, count: usize, n: usize) -> f64 {
-        let stages = &self.stages;
-        let terms = (0..count).map(|j| mix.terms[j].abs() * sqrt(stages.gram[j][j][n]));
-        mix.keep * sqrt(self.norms[n]) + terms.sum::<f64>()
+    /// An upper bound of |Dₙ| for the weights of `mix`, where |ξ| is at most `xi_bound`.
+    pub(super) fn norm_bound(&self, mix: &Mix, xi_bound: f64, n: usize) -> f64 {
+        let terms: f64 = mix.terms.iter().map(|c| c.abs()).sum();
+        mix.keep * sqrt(self.norms[n]) + terms * xi_bound
     }
 
     pub(super) fn clear(&mut self) {
         self.buffer.as_mut().fill(0.0);
         self.norms = Vector::zeros();
         self.prior = false;
+        self.advances = 0;
     }
 }
 
