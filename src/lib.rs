@@ -3,8 +3,11 @@
 #![forbid(unsafe_code)]
 
 #[cfg(not(any(feature = "std", feature = "libm")))]
-compile_error!("without `std` the crate needs the feature `libm`: default-features = false, features = [\"libm\"]");
+compile_error!(
+    "without `std` the crate needs the feature `libm`: default-features = false, features = [\"libm\"]"
+);
 
+pub mod eigen;
 pub mod error;
 pub mod math;
 pub mod reference;
