@@ -11,5 +11,6 @@ pub mod eigen;
 pub mod error;
 pub mod math;
 pub mod reference;
+pub mod riccati;
 
 pub use error::{Error, Result};
