@@ -67,8 +67,7 @@ pub fn bounded_real<const S: usize, const M: usize>(
 ) -> Result<Solution<S>> {
     check_gamma(gamma)?;
     let (q, modes) = check_stable(a, b, q)?;
-    let problem = bounded_problem(a, b, &q, gamma);
-    let scaled = Scaled::new(&problem);
+    let scaled = Scaled::new(a, &(b / gamma), &q, true);
     if let Some(p) = solve(&scaled.balanced, scaled.shift(&modes)) {
         return certify(&scaled, &p);
     }
@@ -115,24 +114,31 @@ pub fn care<const S: usize, const M: usize>(
     // B R⁻¹ Bᵀ = (L⁻¹Bᵀ)ᵀ (L⁻¹Bᵀ)
     let mut half = b.transpose();
     factor.l_dirty().solve_lower_triangular_mut(&mut half);
-    let problem = Problem { a: *a, g: symmetric(&(half.transpose() * half)), q, bounded: false };
     let modes = eigenvalues(a)?;
-    let scaled = Scaled::new(&problem);
+    let scaled = Scaled::new(a, &half.transpose(), &q, false);
     let shift = scaled.shift(&modes);
-    if let Some(p) = solve(&scaled.balanced, shift) {
-        return certify(&scaled, &p);
-    }
+    let refusal = match solve(&scaled.balanced, shift).map(|p| certify(&scaled, &p)) {
+        Some(Ok(solution)) => return Ok(solution),
+        Some(Err(refusal)) => refusal,
+        None => Error::NoConvergence { computing: "riccati solution" },
+    };
     // With Q > 0 the pair (A, B) alone decides.
     let every_mode = Problem { q: Matrix::identity(), ..scaled.balanced };
     if solve(&every_mode, shift).is_none() {
         return Err(Error::NotStabilizable { parameter: "b" });
     }
     let smallest = symmetric_min(&q)?;
+    if smallest > ZERO * q.amax() {
+        return Err(refusal);
+    }
     Err(Error::NotPositive { parameter: "q", smallest, wanted: "positive definite" })
 }
 
 /// Accepts P, in the balanced units of `scaled`, or says that the accuracy was not reached.
-fn certify<const S: usize>(scaled: &Scaled<S>, balanced: &Matrix<S>) -> Result<Solution<S>> {
+fn certify<const S: usize, const M: usize>(
+    scaled: &Scaled<S, M>,
+    balanced: &Matrix<S>,
+) -> Result<Solution<S>> {
     let refused = Error::NoConvergence { computing: "riccati solution" };
     let plain = scaled.unbalance(balanced);
     let p = plain * scaled.size;
@@ -149,17 +155,6 @@ fn certify<const S: usize>(scaled: &Scaled<S>, balanced: &Matrix<S>) -> Result<S
     }
     let min_eigenvalue = symmetric_min(&plain)? * scaled.size;
     Ok(Solution { p, residual, min_eigenvalue, max_real })
-}
-
-/// `G = −γ⁻² B Bᵀ`.
-fn bounded_problem<const S: usize, const M: usize>(
-    a: &Matrix<S>,
-    b: &SMatrix<f64, S, M>,
-    q: &Matrix<S>,
-    gamma: f64,
-) -> Problem<S> {
-    let b = b / gamma;
-    Problem { a: *a, g: -symmetric(&(b * b.transpose())), q: *q, bounded: true }
 }
 
 fn check_gamma(gamma: f64) -> Result<()> {

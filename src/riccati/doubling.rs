@@ -17,15 +17,22 @@ const DOUBLINGS: usize = 60;
 const NEAR: f64 = 1e-8;
 /// … once the transition matrix has shrunk so far (squared norm), so that no slow mode is still to come.
 const FADED: f64 = 1e-6;
+/// A transition matrix that has grown so far (squared norm) leaves no digit: its closed loop is not Hurwitz.
+const GROWN: f64 = 1e30;
 /// Newton steps allowed; one is usual.
 const STEPS: usize = 5;
 /// A relative residual of this many roundings cannot be improved.
 const ROUNDINGS: f64 = 4.0;
+/// The proof must hold by this factor, for the rounding of the residual itself: it is as large as the residual, and as random.
+const SAFETY: f64 = 4.0;
 /// Shifts tried, in units of the natural one, should a first one hit an eigenvalue of A.
 const SHIFTS: [f64; 3] = [1.0, 3.7, 0.29];
 
 /// The stabilising solution P of `problem`, proven to exist, or `None`.
-pub(super) fn solve<const S: usize>(problem: &Problem<S>, shift: f64) -> Option<Matrix<S>> {
+pub(super) fn solve<const S: usize, const M: usize>(
+    problem: &Problem<S, M>,
+    shift: f64,
+) -> Option<Matrix<S>> {
     let attempt = |&factor: &f64| {
         let shift = factor * shift;
         newton(problem, limit(problem, shift)?, shift)
@@ -36,7 +43,7 @@ pub(super) fn solve<const S: usize>(problem: &Problem<S>, shift: f64) -> Option<
 }
 
 /// The limit of the doubling.
-fn limit<const S: usize>(problem: &Problem<S>, shift: f64) -> Option<Matrix<S>> {
+fn limit<const S: usize, const M: usize>(problem: &Problem<S, M>, shift: f64) -> Option<Matrix<S>> {
     let identity = Matrix::identity();
     let shifted = inverse(&(problem.a - identity * shift))?;
     let coupling = mul(&problem.g, &mul(&shifted.transpose(), &problem.q));
@@ -72,14 +79,17 @@ pub(super) struct Residual<const S: usize> {
 }
 
 impl<const S: usize> Residual<S> {
-    pub(super) fn of(problem: &Problem<S>, p: &Matrix<S>) -> Self {
+    pub(super) fn of<const M: usize>(problem: &Problem<S, M>, p: &Matrix<S>) -> Self {
         let pa = mul(p, &problem.a);
-        let gp = mul(&problem.g, p);
-        let pgp = mul(p, &gp);
+        // ±(PF)(PF)ᵀ: from the product G = FFᵀ a large P would bring back the rounding of G, squared.
+        let sign = if problem.bounded { -1.0 } else { 1.0 };
+        let pf = p * problem.f;
+        let fp = pf.transpose() * sign;
+        let pgp = pf * fp;
         Self {
             value: symmetric(&(pa + pa.transpose() - pgp + problem.q)),
             terms: 2.0 * pa.norm() + pgp.norm() + problem.q.norm(),
-            closed_loop: problem.a - gp,
+            closed_loop: problem.a - problem.f * fp,
         }
     }
 
@@ -90,27 +100,29 @@ impl<const S: usize> Residual<S> {
 
 /// Newton's method from `p`, ended by the rounding, with a proof that there is a stabilising solution next to the result.
 ///
-/// Proof for G ≤ 0: let Z solve `CᵀZ + ZC = −I` with C the closed loop of P, and R be the residual. Then `P + tZ` satisfies the
-/// strict Riccati inequality if `−t + t²c + r < 0` with `c = |Z G Z|`, `r = |R|`. Such a t exists iff `4 c r < 1`, and the strict
-/// inequality has a solution iff γ > γ_opt. For G ≥ 0 a Hurwitz C is enough (Kleinman).
-fn newton<const S: usize>(problem: &Problem<S>, mut p: Matrix<S>, shift: f64) -> Option<Matrix<S>> {
-    let (mut best, mut least, mut proven) = (p, f64::INFINITY, !problem.bounded);
+/// Proof for G = −FFᵀ, with C the closed loop of P and R its residual: let `CᵀZ + ZC = −I`, `CᵀX + XC = −R`. Then `P + X + tZ`
+/// satisfies the strict Riccati inequality if `|Fᵀ(X + tZ)|² < t`, and such a t exists if `4 |FᵀX| |FᵀZ| < 1`. The inequality
+/// has a solution iff γ > γ_opt. For G ≥ 0 a Hurwitz C is enough (Kleinman).
+fn newton<const S: usize, const M: usize>(
+    problem: &Problem<S, M>,
+    mut p: Matrix<S>,
+    shift: f64,
+) -> Option<Matrix<S>> {
+    let (mut best, mut least, mut proven) = (p, f64::INFINITY, false);
     for _ in 0..STEPS {
         let residual = Residual::of(problem, &p);
         let relative = residual.relative();
-        let better = relative < least;
         let improving = relative < 0.5 * least;
-        if better {
+        if relative < least {
             (best, least) = (p, relative);
         }
         if proven && (!improving || relative <= ROUNDINGS * f64::EPSILON) {
             return Some(best);
         }
-        let (z, correction) = lyapunov(&residual.closed_loop, &residual.value, shift)?;
-        let c = congruence(&z, &problem.g).norm();
-        let r = residual.value.norm() + ROUNDINGS * f64::EPSILON * residual.terms;
-        proven = proven || 4.0 * c * r < 1.0;
-        p += correction;
+        let (z, x) = lyapunov(&residual.closed_loop, &residual.value, shift)?;
+        let product = (problem.f.transpose() * x).norm() * (problem.f.transpose() * z).norm();
+        proven = proven || !problem.bounded || 4.0 * SAFETY * product < 1.0;
+        p += x;
     }
     proven.then_some(best)
 }
@@ -135,7 +147,7 @@ fn lyapunov<const S: usize>(
         if left <= FADED {
             return Some((z, x));
         }
-        if !left.is_finite() {
+        if !(left <= GROWN) {
             return None;
         }
     }

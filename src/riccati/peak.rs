@@ -77,13 +77,13 @@ pub(super) fn peak<const S: usize, const M: usize>(
 impl<const S: usize, const M: usize> Response<'_, S, M> {
     /// Whether σ(ω) < `level` at every ω, proven.
     fn stays_below(&self, level: f64, modes: &[Complex; S]) -> bool {
-        let scaled = Scaled::new(&super::bounded_problem(self.a, self.b, self.q, level));
+        let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
         solve(&scaled.balanced, scaled.shift(modes)).is_some()
     }
 
     /// |Im λ| of the Hamiltonian matrix [A γ⁻²BBᵀ; −Q −Aᵀ]: among them every ω with σ(ω) = γ = `level`.
     fn crossings(&self, level: f64) -> Result<[[f64; S]; 2]> {
-        let scaled = Scaled::new(&super::bounded_problem(self.a, self.b, self.q, level));
+        let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
         let p = &scaled.balanced;
         let mut h = [[[[0.0; S]; 2]; S]; 2];
         for j in 0..S {
