@@ -15,6 +15,8 @@ pub mod fuzzy;
 pub mod math;
 pub mod paper;
 pub mod plant;
+#[cfg(feature = "python")]
+mod python;
 pub mod reference;
 pub mod riccati;
 #[cfg(feature = "std")]

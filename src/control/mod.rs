@@ -6,10 +6,12 @@ mod computed_torque;
 mod fuzzy_compensator;
 mod inputs;
 mod limits;
+#[cfg(feature = "std")]
+mod saved;
 
 pub use adaptation::Adaptation;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
-pub use fuzzy_compensator::{FuzzyCompensator, FuzzyParameters, FuzzyState, MAX_STAGES};
+pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState, MAX_STAGES};
 pub use inputs::{Inputs, Signal};
 pub use limits::Limits;
 
@@ -107,6 +109,8 @@ pub struct Audit<const N: usize> {
     pub prior: Vector<N>,
     /// 2 s·ρ − V̇.
     pub loss: f64,
+    /// γ of (19).
+    pub gamma: f64,
     /// |W − W₀|, Frobenius.
     pub weights_norm: f64,
 }

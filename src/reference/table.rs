@@ -53,6 +53,11 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
         Ok(table)
     }
 
+    /// The samples: t, q, q̇, q̈, row-major.
+    pub fn columns(&self) -> [&[f64]; 4] {
+        [self.t.as_ref(), self.q.as_ref(), self.dq.as_ref(), self.ddq.as_ref()]
+    }
+
     #[inline]
     fn step(&self, k: usize) -> f64 {
         self.t.as_ref()[k + 1] - self.t.as_ref()[k]

@@ -1,9 +1,11 @@
 //! The Lyapunov certificate of a run: the dissipation identity, integrated beside the motion.
 //!
 //! ```text
-//! V(T) − V(0) = ∫ (2 s·ρ − loss) dt            exact for the law as implemented
-//! ∫ xᵀQx dt ≤ V(0) + γ² ∫ |ρ − W₀ξ|² dt        what the theorem really promises
+//! V(T) − V(0) = ∫ (2 s·ρ − loss) dt = ∫ (−xᵀQx − |s/γ − γε|² + γ²|ε|² − …) dt     ε = ρ − W₀ξ
+//! ∫ xᵀQx dt ≤ V(0) + γ² ∫ |ε|² dt
 //! ```
+//!
+//! The first line is exact for the law as implemented; the second is what the theorem really promises.
 //!
 //! Any sign slip in the law, in P or in B breaks the identity by as much as it moves V.
 
@@ -18,16 +20,16 @@ pub struct Certificate {
     pub v_end: f64,
     /// ∫ (2 s·ρ − loss) dt.
     pub supplied: f64,
-    /// ∫ (|2 s·ρ| + loss) dt: what the residual is relative to, with V.
+    /// ∫ (xᵀQx + |s/γ − γε|² + γ²|ε|²) dt: what the residual is relative to.
     pub turnover: f64,
     /// ∫ xᵀQx dt.
     pub state_cost: f64,
-    /// ∫ |ρ − W₀ξ|² dt.
+    /// ∫ |ε|² dt.
     pub uncertainty: f64,
 }
 
 impl Certificate {
-    /// |V(T) − V(0) − ∫ (2 s·ρ − loss)| over the larger of V and the turnover; 0 for a run of no length.
+    /// |V(T) − V(0) − ∫ (2 s·ρ − loss) dt| over the larger of V and the turnover.
     pub fn residual(&self) -> f64 {
         let scale = self.turnover.max(self.v_start).max(self.v_end);
         let difference = (self.v_end - self.v_start - self.supplied).abs();
@@ -38,12 +40,14 @@ impl Certificate {
     #[inline]
     pub(super) fn rates<const N: usize>(evaluation: &Evaluation<N>) -> Self {
         let Some(audit) = &evaluation.audit else { return Self::default() };
-        let supply = 2.0 * audit.s.dot(&evaluation.rho);
+        let epsilon = evaluation.rho - audit.prior;
+        let (uncertainty, gamma) = (epsilon.norm_squared(), audit.gamma);
+        let mismatch = (audit.s / gamma - epsilon * gamma).norm_squared();
         Self {
-            supplied: supply - audit.loss,
-            turnover: supply.abs() + audit.loss.abs(),
+            supplied: 2.0 * audit.s.dot(&evaluation.rho) - audit.loss,
+            turnover: audit.state_cost + mismatch + gamma * gamma * uncertainty,
             state_cost: audit.state_cost,
-            uncertainty: (evaluation.rho - audit.prior).norm_squared(),
+            uncertainty,
             ..Self::default()
         }
     }

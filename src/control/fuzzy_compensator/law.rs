@@ -73,6 +73,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             s,
             prior: stages.prior[i],
             loss: 0.0,
+            gamma: self.parameters.gamma,
             weights_norm: 0.0,
         };
         for n in 0..N {

@@ -138,13 +138,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     ) -> Result<()> {
         self.check_length(weights)?;
         weights.fill(0.0);
-        let matrices = state.buffer.as_ref().chunks_exact(self.matrix_len());
-        for matrix in matrices.take(self.matrices()) {
-            let rows = matrix.chunks_exact(self.basis.row_len());
-            for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
-                self.basis.add_unpacked(padded, row);
-            }
-        }
+        (0..self.matrices()).for_each(|matrix| self.read_matrix(state, matrix, weights));
         Ok(())
     }
 
@@ -176,9 +170,39 @@ impl<const N: usize> FuzzyCompensator<N> {
         Ok(())
     }
 
-    fn write<B: Buffer>(&self, state: &mut FuzzyState<N, B>, weights: &[f64], matrix: usize) {
+    /// Adds W − W₀ (matrix 0) or W₀ (matrix 1) to `weights`.
+    pub(super) fn read_matrix<B: Buffer>(
+        &self,
+        state: &FuzzyState<N, B>,
+        matrix: usize,
+        weights: &mut [f64],
+    ) {
+        let place = state.buffer.as_ref().chunks_exact(self.matrix_len()).nth(matrix);
+        let rows = place.into_iter().flat_map(|m| m.chunks_exact(self.basis.row_len()));
+        for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
+            self.basis.add_unpacked(padded, row);
+        }
+    }
+
+    /// Forgets all weights and sets those of one matrix.
+    pub(super) fn write<B: Buffer>(
+        &self,
+        state: &mut FuzzyState<N, B>,
+        weights: &[f64],
+        matrix: usize,
+    ) {
         state.clear();
-        state.prior = matrix == 1;
+        self.write_matrix(state, weights, matrix);
+    }
+
+    /// Sets W − W₀ (matrix 0) or W₀ (matrix 1).
+    pub(super) fn write_matrix<B: Buffer>(
+        &self,
+        state: &mut FuzzyState<N, B>,
+        weights: &[f64],
+        matrix: usize,
+    ) {
+        state.prior |= matrix == 1;
         let place = state.buffer.as_mut().chunks_exact_mut(self.matrix_len()).nth(matrix);
         let rows = place.into_iter().flat_map(|m| m.chunks_exact_mut(self.basis.row_len()));
         for ((padded, row), norm) in
@@ -191,7 +215,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         }
     }
 
-    fn check_weights(&self, weights: &[f64]) -> Result<()> {
+    pub(super) fn check_weights(&self, weights: &[f64]) -> Result<()> {
         self.check_length(weights)?;
         let usable = |w: f64| w.abs() <= MAX_WEIGHT;
         within("weights", weights, usable, "weights of at most 1e150")
@@ -211,7 +235,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     /// W − W₀, and W₀ where something pulls the weights to it.
-    fn matrices(&self) -> usize {
+    pub(super) fn matrices(&self) -> usize {
         if self.parameters.adaptation.pulls() { 2 } else { 1 }
     }
 

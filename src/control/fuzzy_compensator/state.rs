@@ -18,10 +18,10 @@ pub struct FuzzyState<const N: usize, B> {
     /// Squared norms |Dₙ|² of the rows of W − W₀.
     pub(super) norms: Vector<N>,
     /// Whether W₀ is not zero.
-    pub(super) prior: bool,
-    pub(super) frozen: bool,
+    pub(in crate::control) prior: bool,
+    pub(in crate::control) frozen: bool,
     /// Steps taken, to flush denormal weights once in a while.
-    pub(super) advances: u64,
+    pub(in crate::control) advances: u64,
     pub(super) stages: Stages<N>,
 }
 

@@ -1,0 +1,57 @@
+"""Tracking control of robot arms whose dynamics nobody knows exactly.
+
+>>> import steadyarm as sa
+>>> scene = sa.paper.simulation(3, preset="claimed")
+>>> run = scene.run()
+>>> print(run.metrics(window=(20, 40)))
+
+What you need is here: an arm (`TwoLink`), a controller (`ComputedTorque`) with or without a
+`FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference (`Sines`, `Quintic`, `Table` or any
+callable), `simulate()`, and the Riccati equations (`bounded_real_riccati`, `care`).
+"""
+
+from importlib.metadata import version as _version
+
+from . import paper
+from ._core import (
+    ComputedTorque,
+    FuzzyApproximator,
+    FuzzyBasis,
+    FuzzyCompensator,
+    NoStabilizingSolution,
+    Plant,
+    Quintic,
+    RiccatiSolution,
+    Sines,
+    Table,
+    TwoLink,
+    bounded_real_riccati,
+    care,
+)
+from .run import Certificate, Metrics, Run, Status
+from .simulation import simulate
+
+__version__ = _version("steadyarm")
+
+__all__ = [
+    "Certificate",
+    "ComputedTorque",
+    "FuzzyApproximator",
+    "FuzzyBasis",
+    "FuzzyCompensator",
+    "Metrics",
+    "NoStabilizingSolution",
+    "Plant",
+    "Quintic",
+    "RiccatiSolution",
+    "Run",
+    "Sines",
+    "Status",
+    "Table",
+    "TwoLink",
+    "__version__",
+    "bounded_real_riccati",
+    "care",
+    "paper",
+    "simulate",
+]

@@ -1,0 +1,98 @@
+"""The paper's three simulations (section 4), ready to run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from . import _core
+from .run import Run
+from .simulation import simulate
+
+CENTERS = (-1.5, -0.5, 0.0, 0.5, 1.5)
+"""Centres of the five fuzzy sets."""
+
+WIDTH = 0.5**0.5
+"""Their width: exp(-(x - c)²) is a Gaussian of σ = 1/√2."""
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "printed": {"form": "shared", "normalized": True, "gain": 1 / 7},
+    "claimed": {"form": "grid", "normalized": False, "gain": 7.0},
+}
+"""How simulation 3 is read. "printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets
+combine to rules, five are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a
+reading that does what the paper claims."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A plant, a controller and a reference, with how long to run them [s] and at which step [s]."""
+
+    plant: _core.Plant
+    tracker: _core.ComputedTorque
+    reference: _core.Sines
+    duration: float = 40.0
+    dt: float = 1e-3
+
+    def run(self, **options: Any) -> Run:
+        """Simulate; ``options`` are those of `simulate`."""
+        options = {"duration": self.duration, "dt": self.dt} | options
+        return simulate(self.plant, self.tracker, self.reference, **options)
+
+
+def nominal() -> _core.TwoLink:
+    """What the controller believes: 4 kg, 0.5 m, 0.2 kg·m² each link."""
+    return _core.TwoLink(mass=(4, 4), length=(0.5, 0.5), inertia=(0.2, 0.2))
+
+
+def actual() -> _core.TwoLink:
+    """What is there in simulations 2 and 3: twice the mass and inertia."""
+    return _core.TwoLink(mass=(8, 8), length=(0.5, 0.5), inertia=(0.4, 0.4))
+
+
+def reference() -> _core.Sines:
+    """q_d = [0.5 cos t + 0.2 sin 3t, -0.2 sin t - 0.5 cos t]."""
+    return _core.Sines(frequency=(1, 3), sin=((0, -0.2), (0.2, 0)), cos=((0.5, -0.5), (0, 0)))
+
+
+def disturbance() -> _core.Sines:
+    """τ_d = [sin t, cos t], in simulations 2 and 3."""
+    return _core.Sines(frequency=(1,), sin=((1, 0),), cos=((0, 1),))
+
+
+def simulation(
+    number: Literal[1, 2, 3],
+    preset: Literal["printed", "claimed"] = "printed",
+    **overrides: Any,
+) -> Scene:
+    """Simulation 1, 2 or 3 of the paper, from rest in the origin, 40 s.
+
+    ``preset`` says how simulation 3 is read, see `PRESETS`. ``overrides`` change single settings: ``kp``,
+    ``kv`` of the controller; ``form``, ``normalized``, ``inputs``, ``centers``, ``width`` of the basis;
+    ``gain``, ``gamma``, ``q``, ``leak_rate``, … of the compensator; ``duration``, ``dt`` of the run.
+    Raises ValueError for a number, preset or override that does not exist.
+    """
+    if number not in (1, 2, 3):
+        raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
+    if preset not in PRESETS:
+        raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
+    feedback = {name: overrides.pop(name, value) for name, value in {"kp": 8.0, "kv": 5.5}.items()}
+    length = {name: overrides.pop(name) for name in ("duration", "dt") if name in overrides}
+    compensator = _compensator(PRESETS[preset], overrides) if number == 3 else None
+    if overrides:
+        raise ValueError(f"{next(iter(overrides))}: simulation {number} has no such setting")
+    plant = _core.Plant(nominal()) if number == 1 else _core.Plant(actual(), disturbance())
+    tracker = _core.ComputedTorque(nominal(), **feedback, compensator=compensator)
+    return replace(Scene(plant, tracker, reference()), **length)
+
+
+def _compensator(preset: dict[str, Any], overrides: dict[str, Any]) -> _core.FuzzyCompensator:
+    """Take the settings of basis and compensator out of ``overrides``."""
+    basis = {"centers": CENTERS, "width": WIDTH, "inputs": "error"}
+    basis |= {name: preset[name] for name in ("form", "normalized")}
+    law: dict[str, Any] = {"q": 10.0, "gamma": 1.0, "gain": preset["gain"]}
+    law |= dict.fromkeys(("leak_rate", "error_modification", "dead_zone", "normalization"), 0.0)
+    law["projection_radius"] = float("inf")
+    for settings in (basis, law):
+        settings |= {name: overrides.pop(name) for name in settings if name in overrides}
+    return _core.FuzzyCompensator(_core.FuzzyBasis(**basis), **law)

@@ -1,0 +1,405 @@
+//! `FuzzyBasis`, `FuzzyApproximator`, `FuzzyCompensator`.
+
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+
+use super::convert::{
+    Array1, Array2, joints, matrix, numbers, owned1, owned2, scalar, type_name, wrong_shape,
+};
+use super::dispatch::JOINTS;
+use super::value_error;
+use crate::control::{Adaptation, FuzzyParameters, Inputs, Signal};
+use crate::fuzzy::{Axis, Form, FuzzyApproximator, FuzzyBasis};
+
+type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// Names of the signals.
+const SIGNALS: [(&str, Signal); 7] = [
+    ("e", Signal::E),
+    ("de", Signal::De),
+    ("q", Signal::Q),
+    ("dq", Signal::Dq),
+    ("q_d", Signal::QDesired),
+    ("dq_d", Signal::DqDesired),
+    ("ddq_d", Signal::DdqDesired),
+];
+
+/// Sets, rules and inputs of a fuzzy system; the number of inputs follows from the arm (or from the samples).
+#[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen)]
+#[derive(Clone)]
+pub(super) struct PyFuzzyBasis {
+    form: String,
+    /// Centres of every input, or one list for all.
+    centers: Vec<Vec<f64>>,
+    /// Widths likewise.
+    widths: Vec<Vec<f64>>,
+    shared_axis: bool,
+    normalized: bool,
+    inputs: Inputs,
+}
+
+impl PyFuzzyBasis {
+    /// The basis over this many inputs of `joints` joints.
+    pub fn build(&self, inputs: usize, joints: usize) -> PyResult<FuzzyBasis> {
+        let form = match self.form.as_str() {
+            "grid" => Form::Grid,
+            "shared" => Form::Shared,
+            "concat" => Form::Concat,
+            _ => Form::PerJoint { joints },
+        };
+        if !self.shared_axis && self.centers.len() != inputs {
+            let (got, wanted) = (self.centers.len(), inputs);
+            let message = format!(
+                "centers: got {got} lists, wants one list, or one for each of {wanted} inputs"
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        let axis = |k: usize| {
+            let k = if self.shared_axis { 0 } else { k };
+            Axis { centers: &self.centers[k], widths: &self.widths[k] }
+        };
+        let axes: Vec<Axis<'_>> = (0..inputs).map(axis).collect();
+        FuzzyBasis::new(form, self.normalized, &axes).map_err(value_error)
+    }
+
+    /// The basis for the wheel's arms, with the signals it sees.
+    pub fn for_arm(&self) -> PyResult<(FuzzyBasis, Inputs)> {
+        Ok((self.build(self.inputs.len(JOINTS), JOINTS)?, self.inputs))
+    }
+}
+
+#[pymethods]
+impl PyFuzzyBasis {
+    #[new]
+    #[pyo3(signature = (form, centers, width, normalized=true, inputs=None))]
+    fn new(
+        form: &str,
+        centers: Any<'_, '_>,
+        width: Any<'_, '_>,
+        normalized: bool,
+        inputs: Option<Any<'_, '_>>,
+    ) -> PyResult<Self> {
+        if !["grid", "shared", "concat", "per_joint"].contains(&form) {
+            let wanted = "\"grid\", \"shared\", \"concat\" or \"per_joint\"";
+            return Err(PyValueError::new_err(format!("form: got {form:?}, wants {wanted}")));
+        }
+        let (centers, shared_axis) = ragged(centers, "centers")?;
+        let widths = widths(width, &centers, shared_axis)?;
+        let inputs = inputs.map_or(Ok(Inputs::error()), signals)?;
+        let basis = Self { form: form.into(), centers, widths, shared_axis, normalized, inputs };
+        if basis.shared_axis || basis.centers.len() == basis.inputs.len(JOINTS) {
+            basis.for_arm()?;
+        }
+        Ok(basis)
+    }
+
+    #[getter]
+    fn form(&self) -> &str {
+        &self.form
+    }
+
+    #[getter]
+    fn normalized(&self) -> bool {
+        self.normalized
+    }
+
+    #[getter]
+    fn inputs(&self) -> Vec<(&'static str, f64)> {
+        let name = |signal| SIGNALS.iter().find(|(_, s)| *s == signal).map_or("", |(name, _)| name);
+        self.inputs.signals().iter().map(|&(signal, scale)| (name(signal), scale)).collect()
+    }
+
+    /// Number of rules for the arm's inputs.
+    #[getter]
+    fn rules(&self) -> PyResult<usize> {
+        Ok(self.for_arm()?.0.rules())
+    }
+
+    fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+        let (_, columns, values) = matrix(x, "x")?;
+        let basis = self.build(columns, JOINTS)?;
+        let mut work = vec![0.0; basis.work_len()];
+        let mut xi = vec![0.0; values.len() / columns * basis.rules()];
+        for (x, xi) in values.chunks_exact(columns).zip(xi.chunks_exact_mut(basis.rules())) {
+            basis.evaluate(x, &mut work, xi).map_err(value_error)?;
+        }
+        owned2(py, xi, basis.rules())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let PyFuzzyBasis { form, centers, widths, shared_axis, normalized, .. } = slf.get();
+        let py = slf.py();
+        let list = |x: &Vec<Vec<f64>>| -> PyResult<Bound<'py, PyAny>> {
+            if *shared_axis {
+                Ok(x[0].clone().into_pyobject(py)?)
+            } else {
+                Ok(x.clone().into_pyobject(py)?)
+            }
+        };
+        let inputs = PyDict::new(py);
+        for (name, scale) in slf.get().inputs() {
+            inputs.set_item(name, scale)?;
+        }
+        let arguments = (form, list(centers)?, list(widths)?, *normalized, inputs);
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
+    }
+
+    fn __repr__(&self) -> String {
+        let (form, normalized, inputs) = (&self.form, self.normalized, self.inputs());
+        format!("FuzzyBasis(form={form:?}, normalized={normalized}, inputs={inputs:?})")
+    }
+}
+
+/// A list of numbers (for all inputs), or a list of such lists.
+fn ragged(value: Any<'_, '_>, name: &str) -> PyResult<(Vec<Vec<f64>>, bool)> {
+    let nested = value.try_iter().ok().and_then(|mut i| i.next()).and_then(Result::ok);
+    if nested.is_some_and(|first| first.len().is_ok() && !first.is_instance_of::<PyString>()) {
+        let lists = value.try_iter()?.map(|row| one_dimension(&row?, name));
+        return Ok((lists.collect::<PyResult<_>>()?, false));
+    }
+    Ok((vec![one_dimension(value, name)?], true))
+}
+
+fn one_dimension(value: Any<'_, '_>, name: &str) -> PyResult<Vec<f64>> {
+    let list = numbers(value, name)?;
+    if list.shape.len() == 1 {
+        Ok(list.values)
+    } else {
+        Err(wrong_shape(name, &list.shape, "(sets,)"))
+    }
+}
+
+/// Widths for the centres: a scalar, one a set, one an input, or a list a input.
+fn widths(value: Any<'_, '_>, centers: &[Vec<f64>], shared_axis: bool) -> PyResult<Vec<Vec<f64>>> {
+    let (lists, flat) = if value.len().is_err() {
+        (vec![vec![scalar(value, "width")?]; centers.len()], false)
+    } else {
+        ragged(value, "width")?
+    };
+    match (flat, shared_axis) {
+        (true, false) if lists[0].len() == centers.len() => {
+            Ok(lists[0].iter().map(|&w| vec![w]).collect())
+        }
+        (false, _) if lists.len() == centers.len() => Ok(lists),
+        (true, true) => Ok(lists),
+        _ => Err(PyValueError::new_err(format!(
+            "width: got {} entries, wants a scalar, or one for each of {} inputs",
+            if flat { lists[0].len() } else { lists.len() },
+            centers.len()
+        ))),
+    }
+}
+
+/// "error", ["e", "de"] or {"e": 1.0, "de": 0.5}.
+fn signals(value: Any<'_, '_>) -> PyResult<Inputs> {
+    if let Ok(name) = value.extract::<String>() {
+        return match name.as_str() {
+            "error" => Ok(Inputs::error()),
+            "state" => Ok(Inputs::state()),
+            "reference" => Ok(Inputs::reference()),
+            "trajectory" => Ok(Inputs::trajectory()),
+            _ => Inputs::new(&[(signal(&name)?, 1.0)]).map_err(value_error),
+        };
+    }
+    let mut chosen = Vec::new();
+    if let Ok(scales) = value.cast::<PyDict>() {
+        for (name, scale) in scales {
+            chosen.push((
+                signal(&name.extract::<String>()?)?,
+                super::convert::scalar(&scale, "scale")?,
+            ));
+        }
+    } else {
+        let names = value.extract::<Vec<String>>().map_err(|_| {
+            let got = type_name(value);
+            PyTypeError::new_err(format!(
+                "inputs: got {got}, wants a name, a list of names or a dict name -> scale"
+            ))
+        })?;
+        for name in names {
+            chosen.push((signal(&name)?, 1.0));
+        }
+    }
+    Inputs::new(&chosen).map_err(value_error)
+}
+
+fn signal(name: &str) -> PyResult<Signal> {
+    SIGNALS.iter().find(|(known, _)| *known == name).map(|(_, signal)| *signal).ok_or_else(|| {
+        let signals: Vec<&str> = SIGNALS.iter().map(|(known, _)| *known).collect();
+        let known = signals.join(", ");
+        let presets = "error, state, reference, trajectory";
+        PyValueError::new_err(format!(
+            "inputs: got {name:?}, wants one of {known}, or a preset: {presets}"
+        ))
+    })
+}
+
+/// y(x) = W ξ(x), fitted.
+#[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
+pub(super) struct PyFuzzyApproximator {
+    approximator: FuzzyApproximator,
+}
+
+#[pymethods]
+impl PyFuzzyApproximator {
+    #[staticmethod]
+    #[pyo3(signature = (basis, x, y, ridge=1e-10))]
+    fn fit(
+        basis: &Bound<'_, PyFuzzyBasis>,
+        x: Any<'_, '_>,
+        y: Any<'_, '_>,
+        ridge: f64,
+    ) -> PyResult<Self> {
+        let (samples, inputs, x) = matrix(x, "x")?;
+        let (rows, outputs, y) = matrix(y, "y")?;
+        if rows != samples {
+            return Err(wrong_shape("y", &[rows, outputs], &format!("({samples}, outputs)")));
+        }
+        let basis = basis.get().build(inputs, JOINTS)?;
+        let approximator =
+            FuzzyApproximator::fit(basis, &x, &y, outputs, ridge).map_err(value_error)?;
+        Ok(Self { approximator })
+    }
+
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        owned2(py, self.approximator.weights().to_vec(), self.rules())
+    }
+
+    #[getter]
+    fn rules(&self) -> usize {
+        self.approximator.basis().rules()
+    }
+
+    fn __call__<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+        let (rows, columns, x) = matrix(x, "x")?;
+        let inputs = self.approximator.basis().inputs();
+        if columns != inputs {
+            return Err(wrong_shape("x", &[rows, columns], &format!("(samples, {inputs})")));
+        }
+        owned2(
+            py,
+            self.approximator.evaluate(&x).map_err(value_error)?,
+            self.approximator.outputs(),
+        )
+    }
+}
+
+/// Gain, Q, γ and robust modifications of a fuzzy compensator.
+#[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
+#[derive(Clone)]
+pub(super) struct PyFuzzyCompensator {
+    pub basis: PyFuzzyBasis,
+    pub parameters: FuzzyParameters<JOINTS>,
+}
+
+#[pymethods]
+impl PyFuzzyCompensator {
+    #[new]
+    #[pyo3(signature = (basis, q=None, gain=None, gamma=1.0, leak_rate=0.0, error_modification=0.0,
+        projection_radius=f64::INFINITY, dead_zone=0.0, normalization=0.0))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
+    fn new(
+        basis: &Bound<'_, PyFuzzyBasis>,
+        q: Option<Any<'_, '_>>,
+        gain: Option<Any<'_, '_>>,
+        gamma: f64,
+        leak_rate: f64,
+        error_modification: f64,
+        projection_radius: f64,
+        dead_zone: f64,
+        normalization: f64,
+    ) -> PyResult<Self> {
+        let basis = basis.get().clone();
+        let (_, inputs) = basis.for_arm()?;
+        let gain = gain.map_or(Ok([1.0; JOINTS]), |g| joints(g, "gain"))?;
+        let adaptation = Adaptation {
+            gain,
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        };
+        adaptation.validate().map_err(value_error)?;
+        let (q_position, q_velocity) = q.map_or(Ok(([10.0; JOINTS], [10.0; JOINTS])), diagonal)?;
+        let parameters = FuzzyParameters { inputs, q_position, q_velocity, gamma, adaptation };
+        Ok(Self { basis, parameters })
+    }
+
+    #[getter]
+    fn basis(&self, py: Python<'_>) -> PyResult<Py<PyFuzzyBasis>> {
+        Py::new(py, self.basis.clone())
+    }
+
+    #[getter]
+    fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        owned1(py, self.parameters.adaptation.gain.to_vec())
+    }
+
+    #[getter]
+    fn gamma(&self) -> f64 {
+        self.parameters.gamma
+    }
+
+    /// Diagonal of Q, shape (2 n,).
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        owned1(py, [self.parameters.q_position, self.parameters.q_velocity].concat())
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let py = slf.py();
+        let this = slf.get();
+        let a = &this.parameters.adaptation;
+        let arguments = (
+            this.basis(py)?,
+            this.q(py),
+            this.gain(py),
+            this.gamma(),
+            a.leak_rate,
+            a.error_modification,
+            a.projection_radius,
+            a.dead_zone,
+            a.normalization,
+        );
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
+    }
+
+    fn __repr__(&self) -> String {
+        let (basis, gain) = (self.basis.__repr__(), self.parameters.adaptation.gain);
+        format!("FuzzyCompensator({basis}, gain={gain:?}, gamma={})", self.parameters.gamma)
+    }
+}
+
+/// Q from a scalar, its diagonal (2 n,), or a diagonal matrix (2 n, 2 n).
+fn diagonal(value: Any<'_, '_>) -> PyResult<([f64; JOINTS], [f64; JOINTS])> {
+    let size = 2 * JOINTS;
+    let list = numbers(value, "q")?;
+    let entries = match list.shape[..] {
+        [] => vec![list.values[0]; size],
+        [n] if n == size => list.values,
+        [rows, columns] if rows == size && columns == size => {
+            let off = |i: usize| i / size != i % size && list.values[i] != 0.0;
+            if let Some(i) = (0..size * size).find(|&i| off(i)) {
+                let (row, column, got) = (i / size, i % size, list.values[i]);
+                let message = format!(
+                    "q[{row}, {column}]: got {got}, wants 0: P is solved joint by joint, for a diagonal Q"
+                );
+                return Err(PyValueError::new_err(message));
+            }
+            (0..size).map(|i| list.values[i * size + i]).collect()
+        }
+        _ => {
+            return Err(wrong_shape(
+                "q",
+                &list.shape,
+                &format!("a scalar, ({size},) or ({size}, {size})"),
+            ));
+        }
+    };
+    let (position, velocity) = entries.split_at(JOINTS);
+    let half = |x: &[f64]| std::array::from_fn(|n| x[n]);
+    Ok((half(position), half(velocity)))
+}

@@ -1,0 +1,57 @@
+//! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and in the package.
+
+mod arm;
+mod convert;
+mod dispatch;
+mod fuzzy;
+mod riccati;
+mod signals;
+mod simulate;
+mod tracker;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::error::Error;
+
+pyo3::create_exception!(
+    steadyarm,
+    NoStabilizingSolution,
+    PyValueError,
+    "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
+);
+
+/// The core's error as a Python exception.
+fn value_error(error: Error) -> PyErr {
+    let Error::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error else {
+        return PyValueError::new_err(error.to_string());
+    };
+    Python::attach(|py| {
+        let exception = NoStabilizingSolution::new_err(error.to_string());
+        let value = exception.value(py);
+        let figures = [("gamma", gamma), ("gamma_opt", gamma_opt), ("max_scale", max_scale)];
+        match figures.iter().try_for_each(|(name, figure)| value.setattr(*name, *figure)) {
+            Ok(()) => exception,
+            Err(error) => error,
+        }
+    })
+}
+
+#[pymodule]
+#[pyo3(name = "_core")]
+mod core_module {
+    #[pymodule_export]
+    use super::NoStabilizingSolution;
+    #[pymodule_export]
+    use super::arm::PyTwoLink;
+    #[pymodule_export]
+    use super::fuzzy::{PyFuzzyApproximator, PyFuzzyBasis, PyFuzzyCompensator};
+    #[pymodule_export]
+    use super::riccati::{PySolution, bounded_real_riccati, care};
+    #[pymodule_export]
+    use super::signals::{PyQuintic, PySines, PyTable};
+    #[pymodule_export]
+    use super::simulate::{PyPlant, metrics, simulate};
+    #[pymodule_export]
+    use super::tracker::PyComputedTorque;
+}

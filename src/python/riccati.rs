@@ -1,0 +1,182 @@
+//! The Riccati equations on matrices of any size up to 16 states.
+
+use nalgebra::SMatrix;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use super::convert::{Array2, matrix, matrix_of, owned2, wrong_shape};
+use super::value_error;
+use crate::error::Result;
+use crate::riccati;
+
+type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// Most states.
+const MAX_STATES: usize = 16;
+
+/// Calls `$function::<S>` for the runtime size `$size`.
+macro_rules! for_size {
+    ($size:expr, $function:ident($($argument:expr),*)) => {
+        for_size!(@ $size, $function, ($($argument),*), 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+    };
+    (@ $size:expr, $function:ident, $arguments:tt, $($s:literal)*) => {
+        match $size {
+            $($s => $function::<$s> $arguments,)*
+            _ => Err(too_many($size)),
+        }
+    };
+}
+
+fn too_many(states: usize) -> PyErr {
+    PyValueError::new_err(format!("A: got {states} states, wants 1 to {MAX_STATES}"))
+}
+
+/// A certified solution.
+#[pyclass(name = "RiccatiSolution", module = "steadyarm", frozen)]
+pub(super) struct PySolution {
+    states: usize,
+    p: Vec<f64>,
+    #[pyo3(get)]
+    residual: f64,
+    #[pyo3(get)]
+    min_eigenvalue: f64,
+    #[pyo3(get)]
+    max_real: f64,
+    /// A, B, Q and γ of a bounded-real equation, for what is computed when asked.
+    problem: Option<(Problem, f64)>,
+}
+
+struct Problem {
+    states: usize,
+    a: Vec<f64>,
+    b: Vec<f64>,
+    q: Vec<f64>,
+}
+
+#[pymethods]
+impl PySolution {
+    #[getter]
+    #[pyo3(name = "P")]
+    fn p<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
+        owned2(py, self.p.clone(), self.states)
+    }
+
+    #[getter]
+    fn gamma(&self) -> Option<f64> {
+        self.problem.as_ref().map(|(_, gamma)| *gamma)
+    }
+
+    #[getter]
+    fn gamma_opt(&self) -> PyResult<Option<f64>> {
+        let Some((problem, _)) = &self.problem else { return Ok(None) };
+        for_size!(problem.states, smallest_gamma(problem)).map(Some)
+    }
+
+    #[getter]
+    fn max_scale(&self) -> PyResult<Option<f64>> {
+        let ratio = |(gamma, gamma_opt): (f64, f64)| (gamma / gamma_opt) * (gamma / gamma_opt);
+        Ok(self.gamma().zip(self.gamma_opt()?).map(ratio))
+    }
+
+    fn __repr__(&self) -> String {
+        let Self { states, residual, min_eigenvalue, max_real, .. } = self;
+        format!(
+            "RiccatiSolution({states} states, residual={residual:.1e}, \
+             min_eigenvalue={min_eigenvalue:.6}, max_real={max_real:.6})"
+        )
+    }
+}
+
+/// A'P + PA + γ⁻² P B B' P + Q = 0.
+#[pyfunction]
+#[pyo3(signature = (a, b, q, gamma=1.0))]
+pub(super) fn bounded_real_riccati(
+    a: Any<'_, '_>,
+    b: Any<'_, '_>,
+    q: Any<'_, '_>,
+    gamma: f64,
+) -> PyResult<PySolution> {
+    let (problem, _) = problem(a, b, q)?;
+    let (p, [residual, min_eigenvalue, max_real]) =
+        for_size!(problem.states, solve_bounded_real(&problem, gamma))?;
+    let states = problem.states;
+    Ok(PySolution {
+        states,
+        p,
+        residual,
+        min_eigenvalue,
+        max_real,
+        problem: Some((problem, gamma)),
+    })
+}
+
+/// A'P + PA − P B R⁻¹ B' P + Q = 0.
+#[pyfunction]
+#[pyo3(signature = (a, b, q, r))]
+pub(super) fn care(
+    a: Any<'_, '_>,
+    b: Any<'_, '_>,
+    q: Any<'_, '_>,
+    r: Any<'_, '_>,
+) -> PyResult<PySolution> {
+    let (problem, inputs) = problem(a, b, q)?;
+    let r = matrix_of(r, "R", inputs, inputs)?;
+    let (p, [residual, min_eigenvalue, max_real]) =
+        for_size!(problem.states, solve_care(&problem, &r, inputs))?;
+    let states = problem.states;
+    Ok(PySolution { states, p, residual, min_eigenvalue, max_real, problem: None })
+}
+
+/// The matrices, with B padded by zero columns to a square one.
+fn problem(a: Any<'_, '_>, b: Any<'_, '_>, q: Any<'_, '_>) -> PyResult<(Problem, usize)> {
+    let (states, columns, a) = matrix(a, "A")?;
+    if states != columns {
+        return Err(wrong_shape("A", &[states, columns], "a square matrix"));
+    }
+    if states == 0 || states > MAX_STATES {
+        return Err(too_many(states));
+    }
+    let (rows, inputs, b) = matrix(b, "B")?;
+    if rows != states || inputs > states {
+        let wanted = format!("({states}, m) with m from 1 to {states}");
+        return Err(wrong_shape("B", &[rows, inputs], &wanted));
+    }
+    let mut padded = vec![0.0; states * states];
+    for (from, to) in b.chunks_exact(inputs.max(1)).zip(padded.chunks_exact_mut(states)) {
+        to[..inputs].copy_from_slice(from);
+    }
+    Ok((Problem { states, a, b: padded, q: matrix_of(q, "Q", states, states)? }, inputs))
+}
+
+type Certified = (Vec<f64>, [f64; 3]);
+
+fn certified<const S: usize>(solution: Result<riccati::Solution<S>>) -> PyResult<Certified> {
+    let riccati::Solution { p, residual, min_eigenvalue, max_real, .. } =
+        solution.map_err(value_error)?;
+    Ok((p.as_slice().to_vec(), [residual, min_eigenvalue, max_real]))
+}
+
+fn square<const S: usize>(values: &[f64]) -> SMatrix<f64, S, S> {
+    SMatrix::from_row_slice(values)
+}
+
+fn solve_bounded_real<const S: usize>(problem: &Problem, gamma: f64) -> PyResult<Certified> {
+    let Problem { a, b, q, .. } = problem;
+    certified::<S>(riccati::bounded_real(&square(a), &square::<S>(b), &square(q), gamma))
+}
+
+fn solve_care<const S: usize>(problem: &Problem, r: &[f64], inputs: usize) -> PyResult<Certified> {
+    let Problem { a, b, q, .. } = problem;
+    let mut padded = SMatrix::<f64, S, S>::identity();
+    for (i, row) in r.chunks_exact(inputs.max(1)).enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            padded[(i, j)] = *value;
+        }
+    }
+    certified::<S>(riccati::care(&square(a), &square::<S>(b), &square(q), &padded))
+}
+
+fn smallest_gamma<const S: usize>(problem: &Problem) -> PyResult<f64> {
+    let Problem { a, b, q, .. } = problem;
+    riccati::gamma_opt::<S, S>(&square(a), &square(b), &square(q)).map_err(value_error)
+}
