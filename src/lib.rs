@@ -7,6 +7,7 @@ compile_error!(
     "without `std` the crate needs the feature `libm`: default-features = false, features = [\"libm\"]"
 );
 
+pub mod design;
 pub mod eigen;
 pub mod error;
 pub mod math;

@@ -1,4 +1,5 @@
 //! Eigenvalues against spectra that are known by construction.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 use nalgebra::SMatrix;
 use steadyarm::Error;

@@ -1,4 +1,5 @@
 //! The Riccati equations: golden values, substitution over many systems, agreement with the closed form, refusals.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use steadyarm::Error;

@@ -147,7 +147,7 @@ fn lyapunov<const S: usize>(
         if left <= FADED {
             return Some((z, x));
         }
-        if !(left <= GROWN) {
+        if !left.is_finite() || left > GROWN {
             return None;
         }
     }
