@@ -124,65 +124,40 @@ impl LinearModel {
             return Err(Error::NotHurwitz { parameter: "linear model", max_real });
         }
         let fastest = poles.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
-        let mut good = FIRST / fastest;
-        let stable = |h: f64| Ok::<bool, Error>(self.sampled_radius(h, delay_samples)? < 1.0);
-        for _ in 0..HALVINGS {
-            if stable(good)? {
-                break;
-            }
-            good *= 0.5;
-        }
-        let mut bad = good;
-        for _ in 0..STEPS {
-            bad = good * GROWTH;
-            if !stable(bad)? {
-                break;
-            }
-            good = bad;
-        }
-        for _ in 0..BISECTIONS {
-            let middle = 0.5 * (good + bad);
-            if stable(middle)? {
-                good = middle;
-            } else {
-                bad = middle;
-            }
-        }
-        Ok(good)
+        let stable = |h: f64| Ok(self.sampled_radius(h, delay_samples)? < 1.0);
+        let (good, bad) = bracket(FIRST / fastest, stable)?;
+        bisect(good, bad, stable)
     }
 
     fn radius(&self, h: f64, delay: usize) -> Result<f64> {
         let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
         // [e, ė, commands under way with the oldest first, ρ̂]; ρ̂ counts only if it is driven.
-        let last = 2 + delay;
-        let n = if k_i * (p12 + p22) > 0.0 { last + 1 } else { last };
+        let rho = 2 + delay;
+        let n = if k_i * (p12 + p22) > 0.0 { rho + 1 } else { rho };
         let mut entries = [0.0; STATES * STATES];
-        let mut set = |i: usize, j: usize, x: f64| {
+        let mut add = |i: usize, j: usize, x: f64| {
             if i < n && j < n {
                 entries[i + j * n] += x;
             }
         };
-        let command = [(0, -kp), (1, -kv), (last, -1.0)];
-        for i in [0, 1, last] {
-            set(i, i, 1.0);
+        for (i, j, x) in [(0, 0, 1.0), (0, 1, h), (1, 1, 1.0), (rho, rho, 1.0)] {
+            add(i, j, x);
         }
-        set(0, 1, h);
-        set(last, 0, h * k_i * p12);
-        set(last, 1, h * k_i * p22);
-        if delay == 0 {
-            for (j, c) in command {
-                set(0, j, 0.5 * h * h * g * c);
-                set(1, j, h * g * c);
+        add(rho, 0, h * k_i * p12);
+        add(rho, 1, h * k_i * p22);
+        // c of this sample: applied at once, or queued behind the others.
+        for (j, c) in [(0, -kp), (1, -kv), (rho, -1.0)] {
+            if delay == 0 {
+                add(0, j, 0.5 * h * h * g * c);
+                add(1, j, h * g * c);
+            } else {
+                add(rho - 1, j, c);
             }
-        } else {
-            set(0, 2, 0.5 * h * h * g);
-            set(1, 2, h * g);
-            for i in 2..last - 1 {
-                set(i, i + 1, 1.0);
-            }
-            for (j, c) in command {
-                set(last - 1, j, c);
-            }
+        }
+        if delay > 0 {
+            add(0, 2, 0.5 * h * h * g);
+            add(1, 2, h * g);
+            (2..rho - 1).for_each(|i| add(i, i + 1, 1.0));
         }
         finite("period", &entries[..n * n])?;
         let mut values = [Complex::new(0.0, 0.0); STATES];
@@ -198,4 +173,34 @@ impl LinearModel {
         non_negative("k_i", &[self.k_i])?;
         positive("inertia_ratio", &[self.inertia_ratio])
     }
+}
+
+/// A stable period and a longer one that is not.
+fn bracket(first: f64, stable: impl Fn(f64) -> Result<bool>) -> Result<(f64, f64)> {
+    let mut good = first;
+    for _ in 0..HALVINGS {
+        if stable(good)? {
+            break;
+        }
+        good *= 0.5;
+    }
+    for _ in 0..STEPS {
+        if !stable(good * GROWTH)? {
+            return Ok((good, good * GROWTH));
+        }
+        good *= GROWTH;
+    }
+    Err(Error::NoConvergence { computing: "longest period" })
+}
+
+fn bisect(mut good: f64, mut bad: f64, stable: impl Fn(f64) -> Result<bool>) -> Result<f64> {
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (good + bad);
+        if stable(middle)? {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    Ok(good)
 }

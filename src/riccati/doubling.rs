@@ -71,11 +71,14 @@ fn limit<const S: usize, const M: usize>(problem: &Problem<S, M>, shift: f64) ->
     None
 }
 
-/// The residual `AᵀP + PA − PGP + Q`, the sum of the norms of its terms, and the closed loop `A − GP`.
+/// The residual `AᵀP + PA − PGP + Q` and the closed loop `A − GP`.
 pub(super) struct Residual<const S: usize> {
-    pub(super) value: Matrix<S>,
-    pub(super) terms: f64,
+    value: Matrix<S>,
     pub(super) closed_loop: Matrix<S>,
+    /// |value| over the norms of its four terms: what Newton's method drives down.
+    relative: f64,
+    /// |value| over 2|A||P| + |PGP| + |Q|: a few roundings, however much cancels in PA.
+    pub(super) backward: f64,
 }
 
 impl<const S: usize> Residual<S> {
@@ -86,15 +89,15 @@ impl<const S: usize> Residual<S> {
         let pf = p * problem.f;
         let fp = pf.transpose() * sign;
         let pgp = pf * fp;
+        let value = symmetric(&(pa + pa.transpose() - pgp + problem.q));
+        let others = pgp.norm() + problem.q.norm();
+        let over = |terms: f64| if terms == 0.0 { 0.0 } else { value.norm() / terms };
         Self {
-            value: symmetric(&(pa + pa.transpose() - pgp + problem.q)),
-            terms: 2.0 * pa.norm() + pgp.norm() + problem.q.norm(),
+            value,
             closed_loop: problem.a - problem.f * fp,
+            relative: over(2.0 * pa.norm() + others),
+            backward: over(2.0 * problem.a.norm() * p.norm() + others),
         }
-    }
-
-    pub(super) fn relative(&self) -> f64 {
-        if self.terms == 0.0 { 0.0 } else { self.value.norm() / self.terms }
     }
 }
 
@@ -111,7 +114,7 @@ fn newton<const S: usize, const M: usize>(
     let (mut best, mut least, mut proven) = (p, f64::INFINITY, false);
     for _ in 0..STEPS {
         let residual = Residual::of(problem, &p);
-        let relative = residual.relative();
+        let relative = residual.relative;
         let improving = relative < 0.5 * least;
         if relative < least {
             (best, least) = (p, relative);
