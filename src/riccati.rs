@@ -68,12 +68,15 @@ pub fn bounded_real<const S: usize, const M: usize>(
     check_gamma(gamma)?;
     let (q, modes) = check_stable(a, b, q)?;
     let scaled = Scaled::new(a, &(b / gamma), &q, true);
-    if let Some(p) = solve(&scaled.balanced, scaled.shift(&modes)) {
+    let shift = scaled.shift(&modes);
+    if let Some(p) = solve(&scaled.balanced, shift, false) {
         return certify(&scaled, &p);
     }
     let gamma_opt = peak::peak(&peak::Response { a, b, q: &q }, &modes)?;
     if gamma > gamma_opt * (1.0 + INDISTINCT) {
-        return Err(Error::NoConvergence { computing: "riccati solution" });
+        // So near the limit that rounding hid the proof; the peak supplies it.
+        let unsolved = Error::NoConvergence { computing: "riccati solution" };
+        return certify(&scaled, &solve(&scaled.balanced, shift, true).ok_or(unsolved)?);
     }
     let max_scale = joint::scale(gamma, gamma_opt);
     Err(Error::NoStabilizingSolution { gamma, gamma_opt, max_scale })
@@ -117,14 +120,14 @@ pub fn care<const S: usize, const M: usize>(
     let modes = eigenvalues(a)?;
     let scaled = Scaled::new(a, &half.transpose(), &q, false);
     let shift = scaled.shift(&modes);
-    let refusal = match solve(&scaled.balanced, shift).map(|p| certify(&scaled, &p)) {
+    let refusal = match solve(&scaled.balanced, shift, true).map(|p| certify(&scaled, &p)) {
         Some(Ok(solution)) => return Ok(solution),
         Some(Err(refusal)) => refusal,
         None => Error::NoConvergence { computing: "riccati solution" },
     };
     // With Q > 0 the pair (A, B) alone decides.
     let every_mode = Problem { q: Matrix::identity(), ..scaled.balanced };
-    if solve(&every_mode, shift).is_none() {
+    if solve(&every_mode, shift, true).is_none() {
         return Err(Error::NotStabilizable { parameter: "b" });
     }
     let smallest = symmetric_min(&q)?;

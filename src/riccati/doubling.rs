@@ -28,14 +28,15 @@ const SAFETY: f64 = 4.0;
 /// Shifts tried, in units of the natural one, should a first one hit an eigenvalue of A.
 const SHIFTS: [f64; 3] = [1.0, 3.7, 0.29];
 
-/// The stabilising solution P of `problem`, proven to exist, or `None`.
+/// The stabilising solution P of `problem`, or `None`. `exists` says that there is one; else its existence is proven too.
 pub(super) fn solve<const S: usize, const M: usize>(
     problem: &Problem<S, M>,
     shift: f64,
+    exists: bool,
 ) -> Option<Matrix<S>> {
     let attempt = |&factor: &f64| {
         let shift = factor * shift;
-        newton(problem, limit(problem, shift)?, shift)
+        newton(problem, limit(problem, shift)?, shift, exists)
     };
     // With G ≤ 0 and a Hurwitz A any shift is as good as another.
     let attempts = if problem.bounded { &SHIFTS[..1] } else { &SHIFTS[..] };
@@ -105,11 +106,12 @@ impl<const S: usize> Residual<S> {
 ///
 /// Proof for G = −FFᵀ, with C the closed loop of P and R its residual: let `CᵀZ + ZC = −I`, `CᵀX + XC = −R`. Then `P + X + tZ`
 /// satisfies the strict Riccati inequality if `|Fᵀ(X + tZ)|² < t`, and such a t exists if `4 |FᵀX| |FᵀZ| < 1`. The inequality
-/// has a solution iff γ > γ_opt. For G ≥ 0 a Hurwitz C is enough (Kleinman).
+/// has a solution iff γ > γ_opt. If that is known, and for G ≥ 0 (Kleinman), a Hurwitz C is enough.
 fn newton<const S: usize, const M: usize>(
     problem: &Problem<S, M>,
     mut p: Matrix<S>,
     shift: f64,
+    exists: bool,
 ) -> Option<Matrix<S>> {
     let (mut best, mut least, mut proven) = (p, f64::INFINITY, false);
     for _ in 0..STEPS {
@@ -124,7 +126,7 @@ fn newton<const S: usize, const M: usize>(
         }
         let (z, x) = lyapunov(&residual.closed_loop, &residual.value, shift)?;
         let product = (problem.f.transpose() * x).norm() * (problem.f.transpose() * z).norm();
-        proven = proven || !problem.bounded || 4.0 * SAFETY * product < 1.0;
+        proven = proven || exists || 4.0 * SAFETY * product < 1.0;
         p += x;
     }
     proven.then_some(best)

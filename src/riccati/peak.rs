@@ -18,7 +18,7 @@ use crate::math::{Matrix, sqrt};
 /// Accuracy of γ_opt, relative: the proof is made at this distance above it.
 const ACCURACY: f64 = 1e-10;
 /// Distances at which the proof is tried in turn when no frequency does better, before it is given up.
-const LOOSER: [f64; 3] = [1e-9, 1e-8, 1e-7];
+const LOOSER: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
 /// A frequency is better if it raises σ by this much, relative; less is rounding.
 const BETTER: f64 = 1e-13;
 /// Rounds of level and search; three are usual.
@@ -78,7 +78,7 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
     /// Whether σ(ω) < `level` at every ω, proven.
     fn stays_below(&self, level: f64, modes: &[Complex; S]) -> bool {
         let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
-        solve(&scaled.balanced, scaled.shift(modes)).is_some()
+        solve(&scaled.balanced, scaled.shift(modes), false).is_some()
     }
 
     /// |Im λ| of the Hamiltonian matrix [A γ⁻²BBᵀ; −Q −Aᵀ]: among them every ω with σ(ω) = γ = `level`.
