@@ -283,13 +283,10 @@ fn sweep(h: &mut Square, first: usize, last: usize, shift: Shift) {
             let third = if k + 1 < last { h[(k + 2, k - 1)] } else { 0.0 };
             v = [h[(k, k - 1)], h[(k + 1, k - 1)], third];
             length = v[0].abs() + v[1].abs() + v[2].abs();
-            if length == 0.0 {
-                continue;
-            }
             v = v.map(|x| x / length);
         }
         let s = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]).copysign(v[0]);
-        if s == 0.0 {
+        if length == 0.0 || s == 0.0 {
             continue;
         }
         if k > start {

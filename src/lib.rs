@@ -9,6 +9,7 @@ compile_error!(
 
 pub mod arm;
 pub mod control;
+pub mod design;
 pub mod eigen;
 pub mod error;
 pub mod fuzzy;

@@ -1,28 +1,15 @@
 //! Eigenvalues against spectra that are known by construction.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
+
+#[path = "common/random.rs"]
+mod random;
 
 use nalgebra::SMatrix;
+use random::Random;
 use steadyarm::Error;
 use steadyarm::eigen::{
     Complex, eigenvalues, max_real, spectral_radius, symmetric_eigenvalues, symmetric_min,
 };
-
-/// splitmix64, uniform in (−1, 1).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^= z >> 31;
-        (z >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn matrix<const R: usize, const C: usize>(&mut self) -> SMatrix<f64, R, C> {
-        SMatrix::from_fn(|_, _| self.next())
-    }
-}
 
 /// Largest distance of a found eigenvalue from the nearest wanted one, each wanted one used once.
 fn mismatch(found: &[Complex], wanted: &[Complex]) -> f64 {

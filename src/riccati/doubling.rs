@@ -28,14 +28,15 @@ const SAFETY: f64 = 4.0;
 /// Shifts tried, in units of the natural one, should a first one hit an eigenvalue of A.
 const SHIFTS: [f64; 3] = [1.0, 3.7, 0.29];
 
-/// The stabilising solution P of `problem`, proven to exist, or `None`.
+/// The stabilising solution P of `problem`, or `None`. `exists` says that there is one; else its existence is proven too.
 pub(super) fn solve<const S: usize, const M: usize>(
     problem: &Problem<S, M>,
     shift: f64,
+    exists: bool,
 ) -> Option<Matrix<S>> {
     let attempt = |&factor: &f64| {
         let shift = factor * shift;
-        newton(problem, limit(problem, shift)?, shift)
+        newton(problem, limit(problem, shift)?, shift, exists)
     };
     // With G ≤ 0 and a Hurwitz A any shift is as good as another.
     let attempts = if problem.bounded { &SHIFTS[..1] } else { &SHIFTS[..] };
@@ -71,11 +72,14 @@ fn limit<const S: usize, const M: usize>(problem: &Problem<S, M>, shift: f64) ->
     None
 }
 
-/// The residual `AᵀP + PA − PGP + Q`, the sum of the norms of its terms, and the closed loop `A − GP`.
+/// The residual `AᵀP + PA − PGP + Q` and the closed loop `A − GP`.
 pub(super) struct Residual<const S: usize> {
-    pub(super) value: Matrix<S>,
-    pub(super) terms: f64,
+    value: Matrix<S>,
     pub(super) closed_loop: Matrix<S>,
+    /// |value| over the norms of its four terms: what Newton's method drives down.
+    relative: f64,
+    /// |value| over 2|A||P| + |PGP| + |Q|: a few roundings, however much cancels in PA.
+    pub(super) backward: f64,
 }
 
 impl<const S: usize> Residual<S> {
@@ -86,15 +90,15 @@ impl<const S: usize> Residual<S> {
         let pf = p * problem.f;
         let fp = pf.transpose() * sign;
         let pgp = pf * fp;
+        let value = symmetric(&(pa + pa.transpose() - pgp + problem.q));
+        let others = pgp.norm() + problem.q.norm();
+        let over = |terms: f64| if terms == 0.0 { 0.0 } else { value.norm() / terms };
         Self {
-            value: symmetric(&(pa + pa.transpose() - pgp + problem.q)),
-            terms: 2.0 * pa.norm() + pgp.norm() + problem.q.norm(),
+            value,
             closed_loop: problem.a - problem.f * fp,
+            relative: over(2.0 * pa.norm() + others),
+            backward: over(2.0 * problem.a.norm() * p.norm() + others),
         }
-    }
-
-    pub(super) fn relative(&self) -> f64 {
-        if self.terms == 0.0 { 0.0 } else { self.value.norm() / self.terms }
     }
 }
 
@@ -102,16 +106,17 @@ impl<const S: usize> Residual<S> {
 ///
 /// Proof for G = −FFᵀ, with C the closed loop of P and R its residual: let `CᵀZ + ZC = −I`, `CᵀX + XC = −R`. Then `P + X + tZ`
 /// satisfies the strict Riccati inequality if `|Fᵀ(X + tZ)|² < t`, and such a t exists if `4 |FᵀX| |FᵀZ| < 1`. The inequality
-/// has a solution iff γ > γ_opt. For G ≥ 0 a Hurwitz C is enough (Kleinman).
+/// has a solution iff γ > γ_opt. If that is known, and for G ≥ 0 (Kleinman), a Hurwitz C is enough.
 fn newton<const S: usize, const M: usize>(
     problem: &Problem<S, M>,
     mut p: Matrix<S>,
     shift: f64,
+    exists: bool,
 ) -> Option<Matrix<S>> {
     let (mut best, mut least, mut proven) = (p, f64::INFINITY, false);
     for _ in 0..STEPS {
         let residual = Residual::of(problem, &p);
-        let relative = residual.relative();
+        let relative = residual.relative;
         let improving = relative < 0.5 * least;
         if relative < least {
             (best, least) = (p, relative);
@@ -121,7 +126,7 @@ fn newton<const S: usize, const M: usize>(
         }
         let (z, x) = lyapunov(&residual.closed_loop, &residual.value, shift)?;
         let product = (problem.f.transpose() * x).norm() * (problem.f.transpose() * z).norm();
-        proven = proven || !problem.bounded || 4.0 * SAFETY * product < 1.0;
+        proven = proven || exists || 4.0 * SAFETY * product < 1.0;
         p += x;
     }
     proven.then_some(best)
@@ -147,7 +152,7 @@ fn lyapunov<const S: usize>(
         if left <= FADED {
             return Some((z, x));
         }
-        if !(left <= GROWN) {
+        if !left.is_finite() || left > GROWN {
             return None;
         }
     }

@@ -18,7 +18,7 @@ use crate::math::{Matrix, sqrt};
 /// Accuracy of γ_opt, relative: the proof is made at this distance above it.
 const ACCURACY: f64 = 1e-10;
 /// Distances at which the proof is tried in turn when no frequency does better, before it is given up.
-const LOOSER: [f64; 3] = [1e-9, 1e-8, 1e-7];
+const LOOSER: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
 /// A frequency is better if it raises σ by this much, relative; less is rounding.
 const BETTER: f64 = 1e-13;
 /// Rounds of level and search; three are usual.
@@ -78,7 +78,7 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
     /// Whether σ(ω) < `level` at every ω, proven.
     fn stays_below(&self, level: f64, modes: &[Complex; S]) -> bool {
         let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
-        solve(&scaled.balanced, scaled.shift(modes)).is_some()
+        solve(&scaled.balanced, scaled.shift(modes), false).is_some()
     }
 
     /// |Im λ| of the Hamiltonian matrix [A γ⁻²BBᵀ; −Q −Aᵀ]: among them every ω with σ(ω) = γ = `level`.
@@ -150,70 +150,37 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
     /// σ(ω); 0 where it cannot be computed, so that such a frequency never wins.
     fn sigma(&self, omega: f64) -> f64 {
         let Some(x) = self.states(omega) else { return 0.0 };
-        // The Hermitian matrix Xᴴ Q X as the real symmetric [Re −Im; Im Re], which has the same eigenvalues, twice.
+        // The Hermitian matrix XᴴQX as the real symmetric [Re −Im; Im Re], which has the same eigenvalues, twice.
         let mut k = [[[[0.0; M]; 2]; M]; 2];
         for j in 0..M {
-            let mut qx = [Complex::new(0.0, 0.0); S];
-            for (i, row) in qx.iter_mut().enumerate() {
-                for l in 0..S {
-                    *row += x[j][l] * self.q[(i, l)];
-                }
-            }
+            let qx: [Complex; S] =
+                core::array::from_fn(|i| (0..S).map(|l| x[j][l] * self.q[(i, l)]).sum());
             for i in 0..M {
-                let mut sum = Complex::new(0.0, 0.0);
-                for l in 0..S {
-                    sum += x[i][l].conj() * qx[l];
-                }
-                k[0][j][0][i] = sum.re;
-                k[1][j][1][i] = sum.re;
-                k[0][j][1][i] = sum.im;
-                k[1][j][0][i] = -sum.im;
+                let entry: Complex = (0..S).map(|l| x[i][l].conj() * qx[l]).sum();
+                (k[0][j][0][i], k[1][j][1][i]) = (entry.re, entry.re);
+                (k[0][j][1][i], k[1][j][0][i]) = (entry.im, -entry.im);
             }
         }
-        let (mut values, mut off) = ([[0.0; M]; 2], [[0.0; M]; 2]);
         let entries = k.as_flattened_mut().as_flattened_mut().as_flattened_mut();
         if entries.iter().any(|x| !x.is_finite()) {
             return 0.0;
         }
-        let found =
-            symmetric_in_place(2 * M, entries, values.as_flattened_mut(), off.as_flattened_mut());
-        let most = values.as_flattened().iter().fold(0.0, |most: f64, &x| most.max(x));
-        if found.is_ok() { sqrt(most) } else { 0.0 }
+        let (mut values, mut off) = ([[0.0; M]; 2], [[0.0; M]; 2]);
+        let values = values.as_flattened_mut();
+        match symmetric_in_place(2 * M, entries, values, off.as_flattened_mut()) {
+            Ok(()) => sqrt(values.iter().fold(0.0, |most: f64, &x| most.max(x))),
+            Err(_) => 0.0,
+        }
     }
 
-    /// The columns of (jω − A)⁻¹ B, by Gaussian elimination with row pivoting.
+    /// The columns of (jω − A)⁻¹ B.
     fn states(&self, omega: f64) -> Option<[[Complex; S]; M]> {
-        let mut a: [[Complex; S]; S] = core::array::from_fn(|i| {
-            core::array::from_fn(|j| {
-                Complex::new(-self.a[(i, j)], if i == j { omega } else { 0.0 })
-            })
-        });
-        let mut x: [[Complex; S]; M] =
+        let entry =
+            |i: usize, j: usize| Complex::new(-self.a[(i, j)], if i == j { omega } else { 0.0 });
+        let mut a = core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j)));
+        let mut x =
             core::array::from_fn(|j| core::array::from_fn(|i| Complex::new(self.b[(i, j)], 0.0)));
-        for k in 0..S {
-            let mut pivot = k;
-            for i in k + 1..S {
-                if modulus(a[i][k]) > modulus(a[pivot][k]) {
-                    pivot = i;
-                }
-            }
-            a.swap(k, pivot);
-            x.iter_mut().for_each(|column| column.swap(k, pivot));
-            if modulus(a[k][k]) == 0.0 {
-                return None;
-            }
-            let top = a[k];
-            for i in k + 1..S {
-                let factor = a[i][k] / top[k];
-                for j in k + 1..S {
-                    a[i][j] -= factor * top[j];
-                }
-                for column in &mut x {
-                    let head = column[k];
-                    column[i] -= factor * head;
-                }
-            }
-        }
+        eliminate(&mut a, &mut x)?;
         for column in &mut x {
             for k in (0..S).rev() {
                 for j in k + 1..S {
@@ -225,4 +192,36 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
         }
         Some(x)
     }
+}
+
+/// Gaussian elimination with row pivoting on the rows of `a` and on the right sides, the columns `x`.
+fn eliminate<const S: usize, const M: usize>(
+    a: &mut [[Complex; S]; S],
+    x: &mut [[Complex; S]; M],
+) -> Option<()> {
+    for k in 0..S {
+        let mut pivot = k;
+        for i in k + 1..S {
+            if modulus(a[i][k]) > modulus(a[pivot][k]) {
+                pivot = i;
+            }
+        }
+        a.swap(k, pivot);
+        x.iter_mut().for_each(|column| column.swap(k, pivot));
+        if modulus(a[k][k]) == 0.0 {
+            return None;
+        }
+        let top = a[k];
+        for i in k + 1..S {
+            let factor = a[i][k] / top[k];
+            for j in k + 1..S {
+                a[i][j] -= factor * top[j];
+            }
+            for column in x.iter_mut() {
+                let head = column[k];
+                column[i] -= factor * head;
+            }
+        }
+    }
+    Some(())
 }
