@@ -1,6 +1,8 @@
 //! Tracking control of robot arms whose dynamics nobody knows exactly.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
+// Units stand in brackets, `[rad]`, and would be taken for links.
+#![allow(rustdoc::broken_intra_doc_links)]
 
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!(

@@ -28,6 +28,7 @@ from ._core import (
     bounded_real_riccati,
     care,
 )
+from .design import DesignReport, design
 from .run import Certificate, Metrics, Run, Status
 from .simulation import simulate
 
@@ -36,6 +37,7 @@ __version__ = _version("steadyarm")
 __all__ = [
     "Certificate",
     "ComputedTorque",
+    "DesignReport",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
@@ -52,6 +54,7 @@ __all__ = [
     "__version__",
     "bounded_real_riccati",
     "care",
+    "design",
     "paper",
     "simulate",
 ]

@@ -1,5 +1,10 @@
-//! What can be known before a run: the linear model of one joint, its poles, its accuracy and its sampling limits.
+//! What can be known before a run: the linear model of one joint, its poles, its accuracy and its sampling limits,
+//! and a report with a verdict.
 
 mod linear_model;
+#[cfg(feature = "std")]
+mod report;
 
 pub use linear_model::{LinearModel, MAX_DELAY};
+#[cfg(feature = "std")]
+pub use report::{Conditions, Finding, JointReport, Report};

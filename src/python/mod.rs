@@ -2,6 +2,7 @@
 
 mod arm;
 mod convert;
+mod design;
 mod dispatch;
 mod fuzzy;
 mod riccati;
@@ -44,6 +45,8 @@ mod core_module {
     use super::NoStabilizingSolution;
     #[pymodule_export]
     use super::arm::PyTwoLink;
+    #[pymodule_export]
+    use super::design::design;
     #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyBasis, PyFuzzyCompensator};
     #[pymodule_export]

@@ -1,0 +1,72 @@
+# make reproduce   the paper's three simulations: pictures and an honest table, in reproduce/
+# make test        everything that must hold
+# make bench       speed: criterion benches, and the Python peers
+# make docs        the manual, in docs/_build/html
+#
+# Needs Rust >= 1.89, Python >= 3.11 and make; all else comes from the package registries.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+CARGO  ?= cargo
+OUT    ?= reproduce
+NO_STD := --no-default-features --features libm
+
+SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
+
+.PHONY: reproduce test test-rust test-python lint no-std bench docs clean
+
+reproduce: $(VENV)/wheel
+	$(BIN)/steadyarm reproduce --out $(OUT)
+
+test: lint test-rust no-std test-python
+
+lint: $(VENV)/tools
+	$(CARGO) fmt --check
+	$(CARGO) clippy --locked --all-targets -- -D warnings
+	$(CARGO) clippy --locked $(NO_STD) -- -D warnings
+	PYO3_PYTHON=$(CURDIR)/$(BIN)/python $(CARGO) clippy --locked --all-targets --all-features -- -D warnings
+	$(BIN)/ruff format --check python tests benches examples
+	$(BIN)/ruff check python tests benches examples
+
+test-rust:
+	$(CARGO) test --locked
+	$(CARGO) test --locked $(NO_STD)
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
+
+no-std:
+	sh tests/no_std/link.sh
+
+test-python: $(VENV)/wheel $(VENV)/tools
+	$(BIN)/python -m mypy
+	cd tests/python && ../../$(BIN)/python -m mypy.stubtest steadyarm
+	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml .
+
+bench: $(VENV)/wheel $(VENV)/peers
+	$(CARGO) bench --locked
+	$(BIN)/python benches/compare.py
+
+docs: $(VENV)/wheel $(VENV)/manual
+	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
+	@echo "The manual is in docs/_build/html/index.html"
+
+# The environment, and the wheel as `pip install .` builds it.
+
+$(VENV)/python:
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/wheel: $(SOURCES) | $(VENV)/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+	@touch $@
+
+# What the tests, the comparison and the manual need beside the wheel: the extras of pyproject.toml.
+$(VENV)/tools: EXTRA := test
+$(VENV)/peers: EXTRA := bench
+$(VENV)/manual: EXTRA := docs
+$(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/wheel
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[$(EXTRA)]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) target docs/_build $(OUT)
