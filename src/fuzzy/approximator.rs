@@ -21,7 +21,7 @@ impl FuzzyApproximator {
     /// Fits W to samples: `x` row-major (samples × inputs), `y` row-major (samples × outputs).
     ///
     /// # Errors
-    /// `x`, `y`: lengths that do not fit, no sample, or not finite. `ridge`: negative. `rules`: more than 4096.
+    /// `x`, `y`: lengths that do not fit, no sample, or not finite. `outputs`: 0. `ridge`: negative. `rules`: more than 4096.
     /// `ridge` again, as [`Error::NotPositive`], when the samples do not determine W: give more ridge.
     pub fn fit(
         basis: FuzzyBasis,
@@ -36,8 +36,11 @@ impl FuzzyApproximator {
             let wanted = inputs * samples.max(1);
             return Err(Error::WrongLength { parameter: "x", got: x.len(), wanted });
         }
-        if outputs == 0 || y.len() != samples * outputs {
-            let wanted = samples * outputs.max(1);
+        if outputs == 0 {
+            return Err(Error::WrongLength { parameter: "outputs", got: 0, wanted: 1 });
+        }
+        let wanted = samples.saturating_mul(outputs);
+        if y.len() != wanted {
             return Err(Error::WrongLength { parameter: "y", got: y.len(), wanted });
         }
         if rules > MAX_FITTED_RULES {

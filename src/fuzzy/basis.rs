@@ -287,8 +287,11 @@ impl Layout {
         match form {
             Form::Grid => Self::grid(1, axes),
             Form::PerJoint { joints } => {
-                if joints == 0 || !axes.len().is_multiple_of(joints) {
-                    let (got, wanted) = (axes.len(), axes.len().next_multiple_of(joints.max(1)));
+                if joints == 0 {
+                    return Err(Error::WrongLength { parameter: "joints", got: 0, wanted: 1 });
+                }
+                if !axes.len().is_multiple_of(joints) {
+                    let (got, wanted) = (axes.len(), axes.len().next_multiple_of(joints));
                     return Err(Error::WrongLength { parameter: "inputs", got, wanted });
                 }
                 for (axis, own) in axes.iter().enumerate() {
