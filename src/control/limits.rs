@@ -28,7 +28,7 @@ impl<const N: usize> Limits<N> {
     /// The nearest torque inside the effort limit.
     #[inline]
     pub fn clamp(&self, tau: &Vector<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| tau[n].clamp(-self.effort_limit[n], self.effort_limit[n]))
+        Vector::from_fn(|n, _| bound(tau[n], -self.effort_limit[n], self.effort_limit[n]))
     }
 
     /// The nearest torque inside both limits, `dt` [s] after `last` was applied.
@@ -37,8 +37,20 @@ impl<const N: usize> Limits<N> {
         Vector::from_fn(|n, _| {
             let change = self.effort_rate_limit[n] * dt;
             let limit = self.effort_limit[n];
-            tau[n].clamp(last[n] - change, last[n] + change).clamp(-limit, limit)
+            bound(bound(tau[n], last[n] - change, last[n] + change), -limit, limit)
         })
+    }
+}
+
+/// As `f64::clamp`, which panics on bounds that are NaN or crossed; NaN stays NaN.
+#[inline]
+fn bound(x: f64, low: f64, high: f64) -> f64 {
+    if x < low {
+        low
+    } else if x > high {
+        high
+    } else {
+        x
     }
 }
 
