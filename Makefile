@@ -54,18 +54,19 @@ docs: $(VENV)/wheel $(VENV)/manual
 
 $(VENV)/python:
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
 	@touch $@
 
 $(VENV)/wheel: $(SOURCES) | $(VENV)/python
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check .
+	$(BIN)/python -m pip install --quiet .
 	@touch $@
 
-# What the tests, the comparison and the manual need beside the wheel: the extras of pyproject.toml.
-$(VENV)/tools: EXTRA := test
-$(VENV)/peers: EXTRA := bench
-$(VENV)/manual: EXTRA := docs
-$(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/wheel
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check '.[$(EXTRA)]'
+# What the tests, the comparison and the manual need beside the wheel: the dependency groups of pyproject.toml.
+$(VENV)/tools: GROUP := test
+$(VENV)/peers: GROUP := bench
+$(VENV)/manual: GROUP := docs
+$(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/python
+	$(BIN)/python -m pip install --quiet --group $(GROUP)
 	@touch $@
 
 clean:
