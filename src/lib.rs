@@ -1,4 +1,39 @@
-//! Tracking control of robot arms whose dynamics nobody knows exactly.
+//! Tracking control of robot arms whose dynamics nobody knows exactly: computed torque for the arm you believe in, and an
+//! adaptive fuzzy compensator for what that model leaves out.
+//!
+//! ```text
+//! τ = M₀(q)(v − ρ̂) + H₀(q, q̇)        v = q̈_d − K_v ė − K_p e,   ρ̂ = W ξ(x)
+//! Ẇ = gain · BᵀPx ξᵀ                   AᵀP + PA + γ⁻² P B Bᵀ P + Q = 0
+//! ```
+//!
+//! Configuration is immutable, state is separate, the caller owns both, one function advances time:
+//!
+//! ```
+//! use steadyarm::{control::State, paper, reference::Reference};
+//!
+//! # fn main() -> steadyarm::Result<()> {
+//! let controller = paper::controller(paper::CLAIMED)?;
+//! let mut state = State::new(controller.compensator.state());
+//! let (q, dq) = ([0.0; 2].into(), [0.0; 2].into());
+//! let command = controller.step(&mut state, &q, &dq, &paper::reference()?.at(0.0), 1e-3)?;
+//! assert!(command.tau.iter().all(|tau| tau.is_finite()));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | what |
+//! |---|---|
+//! | [`arm`] | the dynamics of an arm: [`arm::Arm`], [`arm::TwoLink`] |
+//! | [`control`] | [`control::ComputedTorque`], the compensator, adaptation, limits |
+//! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
+//! | [`riccati`] | the equations for P, certified or refused |
+//! | [`design`] | what a design will do, before it runs |
+//! | [`plant`], [`reference`] | what is really there, and where it should go |
+//! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
+//! | [`paper`] | the paper's three simulations |
+//!
+//! Without `std` (`default-features = false, features = ["libm"]`) the crate needs no allocator: give
+//! [`control::FuzzyCompensator::state_in`] a buffer.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 // Units stand in brackets, `[rad]`, and would be taken for links.
@@ -26,3 +61,8 @@ pub mod riccati;
 pub mod sim;
 
 pub use error::{Error, Result};
+
+/// Runs the README's examples as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
