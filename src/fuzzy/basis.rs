@@ -12,8 +12,8 @@
 //! with pᵢ the memberships of input i. A product grid is never written out: ξ = u ⊗ v with u over the leading
 //! and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one pass over W.
 
-use super::kernels::{LANES, dot};
-use super::membership::{Lattice, Set, exponentials, memberships};
+use super::kernels::{LANES, Span, dot, expand};
+use super::membership::{Lattice, Set, exponentials, memberships, normalize};
 use crate::error::{Error, Result, finite, within};
 use crate::math::sqrt;
 
@@ -61,8 +61,9 @@ pub struct FuzzyBasis {
     normalized: bool,
     inputs: usize,
     axes: [AxisRecord; MAX_INPUTS],
+    /// The sets of every input, block after block.
+    factors: [Span; MAX_INPUTS],
     sets: [Set; MAX_SETS],
-    set_count: usize,
     layout: Layout,
 }
 
@@ -71,7 +72,9 @@ pub struct FuzzyBasis {
 struct Layout {
     /// Independent vectors ξ: one, or one a joint.
     blocks: usize,
-    /// Inputs of a block that make up u.
+    /// Inputs of a block.
+    inputs: usize,
+    /// Those that make up u.
     leading: usize,
     /// Length of u.
     outer: usize,
@@ -79,13 +82,20 @@ struct Layout {
     inner: usize,
     /// Length of v with its padding to whole lanes.
     stride: usize,
+    /// Length of an evaluated block: v, u, each with room for one more run of lanes.
+    block: usize,
+    /// Length of an evaluated basis: its blocks, and the memberships that they are products of.
+    total: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct AxisRecord {
-    first: usize,
-    sets: usize,
+    span: Span,
     lattice: Option<Lattice>,
+}
+
+impl AxisRecord {
+    const NONE: Self = Self { span: Span::EMPTY, lattice: None };
 }
 
 /// One evaluated block of ξ = u ⊗ v; v is padded with zeros to whole lanes.
@@ -93,14 +103,6 @@ struct AxisRecord {
 pub(crate) struct Activation<'a> {
     pub u: &'a [f64],
     pub v: &'a [f64],
-}
-
-impl Activation<'_> {
-    /// ξ·ξ'.
-    #[inline]
-    pub fn dot(&self, other: &Activation<'_>) -> f64 {
-        dot(self.u, other.u) * dot(self.v, other.v)
-    }
 }
 
 impl FuzzyBasis {
@@ -114,23 +116,27 @@ impl FuzzyBasis {
         if axes.is_empty() {
             return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
         }
-        let mut records = [AxisRecord { first: 0, sets: 0, lattice: None }; MAX_INPUTS];
+        let mut records = [AxisRecord::NONE; MAX_INPUTS];
         let mut sets = [Set::NONE; MAX_SETS];
         let mut set_count = 0;
         for (axis, record) in axes.iter().zip(&mut records) {
             check_axis(axis)?;
-            *record = AxisRecord { first: set_count, sets: axis.centers.len(), lattice: None };
-            at_most("sets", set_count.saturating_add(record.sets), MAX_SETS)?;
-            let own = &mut sets[set_count..set_count + record.sets];
+            record.span = Span { first: set_count, len: axis.centers.len() };
+            at_most("sets", set_count.saturating_add(record.span.len), MAX_SETS)?;
+            let own = &mut sets[set_count..set_count + record.span.len];
             for (j, (set, &center)) in own.iter_mut().zip(axis.centers).enumerate() {
                 *set = Set::new(center, axis.widths[j.min(axis.widths.len() - 1)]);
             }
             record.lattice = Lattice::recognise(own);
-            set_count += record.sets;
+            set_count += record.span.len;
         }
-        let layout = Layout::new(form, &records[..axes.len()])?;
         let inputs = axes.len();
-        Ok(Self { form, normalized, inputs, axes: records, sets, set_count, layout })
+        let layout = Layout::new(form, &records[..inputs], set_count)?;
+        let mut factors = [Span::EMPTY; MAX_INPUTS];
+        for (i, record) in records[..inputs].iter().enumerate() {
+            factors[i % layout.blocks * layout.inputs + i / layout.blocks] = record.span;
+        }
+        Ok(Self { form, normalized, inputs, axes: records, factors, sets, layout })
     }
 
     /// How the sets combine.
@@ -155,7 +161,7 @@ impl FuzzyBasis {
 
     /// Length of the `work` buffer of [`evaluate`](Self::evaluate).
     pub fn work_len(&self) -> usize {
-        self.activation_len() + self.set_count
+        self.activation_len() + self.scratch_len()
     }
 
     /// Writes ξ(x). First input slowest, so that a grid reshapes to (sets₁, sets₂, …).
@@ -214,78 +220,102 @@ impl FuzzyBasis {
         }
     }
 
-    /// Length of an evaluated basis, all blocks.
+    /// Length of an evaluated basis, a whole number of lanes.
+    #[inline]
     pub(crate) fn activation_len(&self) -> usize {
-        self.layout.blocks * (self.layout.outer + self.layout.stride)
+        self.layout.total
     }
 
     /// Length of the scratch memory of [`activate`](Self::activate).
     pub(crate) fn scratch_len(&self) -> usize {
-        self.set_count
+        self.layout.stride.max(self.layout.outer) + LANES
     }
 
     /// Block `block` of an evaluated basis.
     #[inline]
     pub(crate) fn block<'a>(&self, activation: &'a [f64], block: usize) -> Activation<'a> {
-        let size = self.layout.outer + self.layout.stride;
-        let (u, v) = activation[block * size..(block + 1) * size].split_at(self.layout.outer);
-        Activation { u, v }
+        let Layout { outer, stride, block: size, .. } = self.layout;
+        let (v, u) = activation[block * size..(block + 1) * size].split_at(stride + LANES);
+        Activation { u: &u[..outer], v: &v[..stride] }
+    }
+
+    /// ξ·ξ' in a block of two evaluated bases: a product of one sum an input.
+    #[inline]
+    pub(crate) fn dot(&self, left: &[f64], right: &[f64], block: usize) -> f64 {
+        if !self.is_product() {
+            return dot(self.block(left, block).v, self.block(right, block).v);
+        }
+        let memberships = self.layout.blocks * self.layout.block;
+        let (left, right) = (&left[memberships..], &right[memberships..]);
+        let mut product = 1.0;
+        for factor in self.factors(block) {
+            product *= dot(factor.of(left), factor.of(right));
+        }
+        product
     }
 
     /// Evaluates all blocks at a finite x.
     pub(crate) fn activate(&self, x: &[f64], scratch: &mut [f64], activation: &mut [f64]) {
-        match self.form {
-            Form::Shared => self.activate_shared(x, activation),
-            Form::Concat => {
-                activation[0] = 1.0;
-                self.memberships(x, &mut activation[1..1 + self.set_count]);
-            }
-            Form::Grid | Form::PerJoint { .. } => {
-                self.memberships(x, scratch);
-                self.activate_grid(scratch, activation);
-            }
+        let Layout { blocks, leading, outer, stride, block: size, .. } = self.layout;
+        if !self.is_product() {
+            activation[stride + LANES] = 1.0;
+            return match self.form {
+                Form::Shared => self.activate_shared(x, activation),
+                _ => self.memberships(x, activation),
+            };
+        }
+        let (products, memberships) = activation.split_at_mut(blocks * size);
+        self.memberships(x, memberships);
+        for (block, place) in products.chunks_exact_mut(size).enumerate() {
+            let factors = self.factors(block).split_at(leading);
+            let (v, u) = place.split_at_mut(stride + LANES);
+            expand(memberships, factors, (outer, u), (stride, v), scratch);
         }
     }
 
+    #[inline]
+    fn is_product(&self) -> bool {
+        matches!(self.form, Form::Grid | Form::PerJoint { .. })
+    }
+
+    /// The sets of the inputs of a block.
+    #[inline]
+    fn factors(&self, block: usize) -> &[Span] {
+        &self.factors[block * self.layout.inputs..(block + 1) * self.layout.inputs]
+    }
+
+    #[inline]
     fn memberships(&self, x: &[f64], out: &mut [f64]) {
-        for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            let range = axis.first..axis.first + axis.sets;
-            let (sets, out) = (&self.sets[range.clone()], &mut out[range]);
+        let axes = &self.axes[..self.inputs];
+        for (axis, &x) in axes.iter().zip(x) {
+            let (sets, out) = (axis.span.of(&self.sets), axis.span.of_mut(out));
             memberships(sets, axis.lattice.as_ref(), self.normalized, x, out);
         }
-    }
-
-    fn activate_grid(&self, memberships: &[f64], activation: &mut [f64]) {
-        let Layout { blocks, leading, outer, stride, .. } = self.layout;
-        for block in 0..blocks {
-            let own = (block..self.inputs).step_by(blocks).map(|i| &self.axes[i]);
-            let factors = own.map(|axis| &memberships[axis.first..axis.first + axis.sets]);
-            let size = outer + stride;
-            let (u, v) = activation[block * size..(block + 1) * size].split_at_mut(outer);
-            kronecker(factors.clone().take(leading), u);
-            kronecker(factors.skip(leading), v);
+        if self.normalized {
+            axes.iter().for_each(|axis| normalize(axis.span.of_mut(out)));
         }
     }
 
     fn activate_shared(&self, x: &[f64], activation: &mut [f64]) {
         let rules = self.layout.inner;
-        activation[0] = 1.0;
-        let out = &mut activation[1..1 + rules];
+        let out = &mut activation[..rules];
         out.fill(0.0);
         for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            for (set, y) in self.sets[axis.first..axis.first + rules].iter().zip(out.iter_mut()) {
+            for (set, y) in axis.span.of(&self.sets).iter().zip(out.iter_mut()) {
                 *y += set.exponent(x);
             }
         }
         exponentials(out, self.normalized);
+        if self.normalized {
+            normalize(out);
+        }
     }
 }
 
 impl Layout {
-    fn new(form: Form, axes: &[AxisRecord]) -> Result<Self> {
-        let sets = |axis: &AxisRecord| axis.sets;
+    fn new(form: Form, axes: &[AxisRecord], set_count: usize) -> Result<Self> {
         match form {
-            Form::Grid => Self::grid(1, axes),
+            Form::Grid => Self::grid(1, axes, set_count),
             Form::PerJoint { joints } => {
                 if joints == 0 {
                     return Err(Error::WrongLength { parameter: "joints", got: 0, wanted: 1 });
@@ -295,34 +325,43 @@ impl Layout {
                     return Err(Error::WrongLength { parameter: "inputs", got, wanted });
                 }
                 for (axis, own) in axes.iter().enumerate() {
-                    length("centers", own.sets, axes[axis - axis % joints].sets)?;
+                    length("centers", own.span.len, axes[axis - axis % joints].span.len)?;
                 }
-                Self::grid(joints, axes)
+                Self::grid(joints, axes, set_count)
             }
             Form::Shared => {
                 for axis in axes {
-                    length("centers", axis.sets, axes[0].sets)?;
+                    length("centers", axis.span.len, axes[0].span.len)?;
                 }
-                Ok(Self::single(axes[0].sets))
+                Ok(Self::sized(1, axes.len(), 0, (1, axes[0].span.len), 0))
             }
-            Form::Concat => Ok(Self::single(axes.iter().map(sets).sum())),
+            Form::Concat => Ok(Self::sized(1, axes.len(), 0, (1, set_count), 0)),
         }
     }
 
-    fn single(rules: usize) -> Self {
-        let stride = rules.next_multiple_of(LANES);
-        Self { blocks: 1, leading: 0, outer: 1, inner: rules, stride }
+    fn sized(
+        blocks: usize,
+        inputs: usize,
+        leading: usize,
+        (outer, inner): (usize, usize),
+        memberships: usize,
+    ) -> Self {
+        let stride = inner.next_multiple_of(LANES);
+        let block = stride + outer.next_multiple_of(LANES) + 2 * LANES;
+        let total = blocks * block + memberships.next_multiple_of(LANES);
+        Self { blocks, inputs, leading, outer, inner, stride, block, total }
     }
 
-    fn grid(blocks: usize, axes: &[AxisRecord]) -> Result<Self> {
-        let own = || axes.iter().step_by(blocks).map(|axis| axis.sets);
+    fn grid(blocks: usize, axes: &[AxisRecord], set_count: usize) -> Result<Self> {
+        let own = || axes.iter().step_by(blocks).map(|axis| axis.span.len);
         let rules = own().try_fold(blocks, usize::checked_mul);
         if rules.is_none_or(|rules| rules > MAX_RULES) {
             return Err(Error::TooMany { parameter: "rules", got: rules, limit: MAX_RULES });
         }
-        let (mut leading, mut inner) = (axes.len() / blocks, 1);
+        let inputs = axes.len() / blocks;
+        let (mut leading, mut inner) = (inputs, 1);
         while leading > 0 {
-            let sets = axes[(leading - 1) * blocks].sets;
+            let sets = axes[(leading - 1) * blocks].span.len;
             if inner * sets > MAX_INNER && inner > 1 {
                 break;
             }
@@ -330,22 +369,7 @@ impl Layout {
             leading -= 1;
         }
         let outer = own().take(leading).product();
-        Ok(Self { blocks, leading, outer, inner, stride: inner.next_multiple_of(LANES) })
-    }
-}
-
-/// out[..] = ⊗ factors, from the last factor to the first; entries beyond the product are left alone.
-#[inline]
-fn kronecker<'a>(factors: impl DoubleEndedIterator<Item = &'a [f64]>, out: &mut [f64]) {
-    let mut len = 1;
-    out[0] = 1.0;
-    for factor in factors.rev() {
-        let (old, new) = out[..len * factor.len()].split_at_mut(len);
-        for (row, p) in new.chunks_exact_mut(len).zip(&factor[1..]) {
-            row.iter_mut().zip(&*old).for_each(|(y, x)| *y = p * x);
-        }
-        old.iter_mut().for_each(|y| *y *= factor[0]);
-        len *= factor.len();
+        Ok(Self::sized(blocks, inputs, leading, (outer, inner), set_count))
     }
 }
 

@@ -2,8 +2,6 @@
 //!
 //! The lanes are added in a fixed order and nothing is fused, so every instruction set gives the same bits.
 
-use core::array;
-
 use multiversion::multiversion;
 
 /// Rows of weights are whole multiples of this long.
@@ -25,21 +23,98 @@ pub(crate) struct Term<'a> {
     pub v: &'a [f64],
 }
 
-/// Σ_a u_a Σ_b W_ab v_b for a row-major W with `v.len()` columns.
+/// A stretch of a longer array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    pub first: usize,
+    pub len: usize,
+}
+
+impl Span {
+    pub const EMPTY: Self = Self { first: 0, len: 0 };
+
+    #[inline]
+    pub fn of<'a, T>(&self, array: &'a [T]) -> &'a [T] {
+        &array[self.first..self.first + self.len]
+    }
+
+    #[inline]
+    pub fn of_mut<'a, T>(&self, array: &'a mut [T]) -> &'a mut [T] {
+        &mut array[self.first..self.first + self.len]
+    }
+}
+
+/// u and v, the products of the leading and of the trailing factors, each with its length; zeros up to that length.
+///
+/// `u`, `v` and `scratch` have room for one more run of lanes.
 #[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64]) -> f64 {
+pub(crate) fn expand(
+    memberships: &[f64],
+    (leading, trailing): (&[Span], &[Span]),
+    (outer, u): (usize, &mut [f64]),
+    (stride, v): (usize, &mut [f64]),
+    scratch: &mut [f64],
+) {
+    kronecker(memberships, leading, outer, u, scratch);
+    kronecker(memberships, trailing, stride, v, scratch);
+}
+
+/// out[..] = ⊗ factors, from the last factor to the first. Rows are written in whole lanes; what a row writes too far,
+/// the next one, or the padding, covers.
+#[inline(always)]
+fn kronecker(
+    memberships: &[f64],
+    factors: &[Span],
+    padded: usize,
+    out: &mut [f64],
+    scratch: &mut [f64],
+) {
+    let Some((last, others)) = factors.split_last() else {
+        out[0] = 1.0;
+        return;
+    };
+    let (mut from, mut to) =
+        if others.len().is_multiple_of(2) { (out, scratch) } else { (scratch, out) };
+    let mut len = last.len;
+    from[..len].iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
+    for factor in others.iter().rev() {
+        let width = len.next_multiple_of(LANES);
+        for (row, p) in factor.of(memberships).iter().enumerate() {
+            scale(*p, &from[..width], &mut to[row * len..row * len + width]);
+        }
+        len *= factor.len;
+        (from, to) = (to, from);
+    }
+    from[len..padded].fill(0.0);
+}
+
+/// y = p x, in whole lanes.
+#[inline(always)]
+fn scale(p: f64, x: &[f64], y: &mut [f64]) {
+    for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks_mut::<LANES>().0) {
+        for lane in 0..LANES {
+            y[lane] = p * x[lane];
+        }
+    }
+}
+
+/// out_n = Σ_a u_a Σ_b W_nab v_b for the matrices W_n, row-major with `v.len()` columns, one after the other.
+#[multiversion(targets("x86_64+avx2"))]
+pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64], out: &mut [f64]) {
     let (weights, v) = (weights.as_chunks::<LANES>().0, v.as_chunks::<LANES>().0);
-    let mut total = [0.0; LANES];
-    let mut first = 0;
-    while first + GROUP <= v.len() {
-        columns::<GROUP>(weights, u, v, first, &mut total);
-        first += GROUP;
+    for (w, out) in weights.chunks_exact(u.len() * v.len()).zip(out) {
+        let mut total = [0.0; LANES];
+        let mut first = 0;
+        while first + GROUP <= v.len() {
+            columns::<GROUP>(w, u, v, first, &mut total);
+            first += GROUP;
+        }
+        while first < v.len() {
+            columns::<1>(w, u, v, first, &mut total);
+            first += 1;
+        }
+        *out = add_lanes(&total);
     }
-    while first < v.len() {
-        columns::<1>(weights, u, v, first, &mut total);
-        first += 1;
-    }
-    add_lanes(&total)
 }
 
 /// Adds the share of `G` lanes of columns.
@@ -66,59 +141,92 @@ pub(crate) fn accumulate(weights: &mut [f64], keep: f64, terms: &[Term<'_>]) -> 
     if keep != 1.0 {
         weights.iter_mut().for_each(|w| *w *= keep);
     }
-    let (fours, rest) = terms.as_chunks::<4>();
-    for terms in fours {
-        add_four(weights, terms);
+    if terms.is_empty() {
+        return norm_squared(weights);
     }
-    for term in rest {
-        add_one(weights, term);
+    let mut squares = [0.0; LANES];
+    for terms in terms.chunks(4) {
+        squares = match *terms {
+            [a, b, c, d] => add(weights, &[a, b, c, d]),
+            [a, b, c] => add(weights, &[a, b, c]),
+            [a, b] => add(weights, &[a, b]),
+            [a] => add(weights, &[a]),
+            _ => squares,
+        };
     }
-    squares(weights)
+    add_lanes(&squares)
 }
 
+/// Adds K terms, two rows of W at a time; returns the sums of squares of the result.
 #[inline(always)]
-fn add_four(weights: &mut [f64], terms: &[Term<'_>; 4]) {
-    let v = terms.map(|term| term.v);
-    for (a, row) in weights.chunks_exact_mut(v[0].len()).enumerate() {
-        let s = terms.map(|term| term.coefficient * term.u[a]);
-        for ((((w, x), y), z), t) in row.iter_mut().zip(v[0]).zip(v[1]).zip(v[2]).zip(v[3]) {
-            *w = *w + s[0] * x + s[1] * y + s[2] * z + s[3] * t;
+fn add<const K: usize>(weights: &mut [f64], terms: &[Term<'_>; K]) -> Lanes {
+    let columns = terms[0].v.len();
+    let v = terms.map(|term| &term.v[..columns]);
+    let scales = |a: usize| terms.map(|term| term.coefficient * term.u[a]);
+    let mut squares = [0.0; LANES];
+    let mut rows = weights.chunks_exact_mut(columns).enumerate();
+    while let Some((a, row)) = rows.next() {
+        if let Some((b, other)) = rows.next() {
+            add_rows(row, other, [scales(a), scales(b)], &v);
+            square(row, &mut squares);
+            square(other, &mut squares);
+        } else {
+            add_row(row, scales(a), &v);
+            square(row, &mut squares);
         }
     }
+    squares
 }
 
 #[inline(always)]
-fn add_one(weights: &mut [f64], term: &Term<'_>) {
-    for (row, u) in weights.chunks_exact_mut(term.v.len()).zip(term.u) {
-        let scale = term.coefficient * u;
-        row.iter_mut().zip(term.v).for_each(|(w, x)| *w += scale * x);
-    }
-}
-
-#[inline(always)]
-fn squares(weights: &[f64]) -> f64 {
-    let (groups, rest) = weights.as_chunks::<LANES>().0.as_chunks::<GROUP>();
-    let mut sums = [[0.0; LANES]; GROUP];
-    for group in groups {
-        for (sum, w) in sums.iter_mut().zip(group) {
-            for lane in 0..LANES {
-                sum[lane] += w[lane] * w[lane];
+fn add_rows<const K: usize>(
+    row: &mut [f64],
+    other: &mut [f64],
+    scales: [[f64; K]; 2],
+    v: &[&[f64]; K],
+) {
+    let v = v.map(|v| v.as_chunks::<LANES>().0);
+    let mut rows = [row, other].map(|row| row.as_chunks_mut::<LANES>().0);
+    for i in 0..v[0].len() {
+        for (row, scales) in rows.iter_mut().zip(&scales) {
+            let mut w = row[i];
+            for k in 0..K {
+                for lane in 0..LANES {
+                    w[lane] += scales[k] * v[k][i][lane];
+                }
             }
+            row[i] = w;
         }
     }
-    for (sum, w) in sums.iter_mut().zip(rest) {
+}
+
+#[inline(always)]
+fn add_row<const K: usize>(row: &mut [f64], scales: [f64; K], v: &[&[f64]; K]) {
+    for (i, entry) in row.iter_mut().enumerate() {
+        let mut w = *entry;
+        for k in 0..K {
+            w += scales[k] * v[k][i];
+        }
+        *entry = w;
+    }
+}
+
+/// Adds squares, lane by lane.
+#[inline(always)]
+fn square(row: &[f64], sums: &mut Lanes) {
+    for w in row.as_chunks::<LANES>().0 {
         for lane in 0..LANES {
-            sum[lane] += w[lane] * w[lane];
+            sums[lane] += w[lane] * w[lane];
         }
     }
-    let pair = |a: &Lanes, b: &Lanes| -> Lanes { array::from_fn(|lane| a[lane] + b[lane]) };
-    add_lanes(&pair(&pair(&sums[0], &sums[1]), &pair(&sums[2], &sums[3])))
 }
 
 /// |W|².
 #[multiversion(targets("x86_64+avx2"))]
 pub(crate) fn norm_squared(weights: &[f64]) -> f64 {
-    squares(weights)
+    let mut sum = [0.0; LANES];
+    square(weights, &mut sum);
+    add_lanes(&sum)
 }
 
 /// Sets denormal weights, and those that are about to be, to zero.
@@ -143,7 +251,8 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     add_lanes(&sum) + x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>()
 }
 
-#[inline]
+/// Sums lanes in a fixed order. A call of its own, so that the lanes are kept in whole registers up to here.
+#[inline(never)]
 fn add_lanes(x: &Lanes) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }

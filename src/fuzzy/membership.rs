@@ -29,7 +29,7 @@ const MAX_EXPONENT: f64 = 600.0;
 pub(super) struct Set {
     center: f64,
     inverse_width: f64,
-    /// Lattice steps from the previous set to this one.
+    /// Lattice steps from the neighbour on the middle set's side to this one.
     steps: usize,
     /// exp(−(k d)²/2σ²).
     decay: f64,
@@ -83,11 +83,13 @@ impl Lattice {
         let pivot = sets.len() / 2;
         let center = sets[pivot].center;
         let mut previous = 0;
-        for set in sets.iter_mut() {
-            let k = libm::round(steps_from_first(set)) as usize;
-            set.steps = k - previous;
+        for j in 0..sets.len() {
+            let k = libm::round(steps_from_first(&sets[j])) as usize;
+            // Up to the middle, the gap before set j belongs to its left neighbour.
+            sets[if j <= pivot { j.saturating_sub(1) } else { j }].steps = k - previous;
             previous = k;
-            set.decay = exp(-(set.center - center) * (set.center - center) * half_precision);
+            let offset = sets[j].center - center;
+            sets[j].decay = exp(-offset * offset * half_precision);
         }
         let slope = 2.0 * step * half_precision;
         let reach = MAX_EXPONENT * step / (slope * span);
@@ -102,22 +104,13 @@ impl Lattice {
             return false;
         }
         let t = exp(self.slope * delta);
-        let mut power = 1.0;
-        for (set, y) in sets[self.pivot..].iter().zip(&mut out[self.pivot..]).skip(1) {
-            for _ in 0..set.steps {
-                power *= t;
-            }
-            *y = power * set.decay;
+        let (below, rest) = out.split_at_mut(self.pivot);
+        let (left, right) = sets.split_at(self.pivot);
+        if let Some((middle, above)) = rest.split_first_mut() {
+            *middle = 1.0;
+            powers(t, right[1..].iter().zip(above));
         }
-        out[self.pivot] = 1.0;
-        let inverse = 1.0 / t;
-        power = 1.0;
-        for j in (0..self.pivot).rev() {
-            for _ in 0..sets[j + 1].steps {
-                power *= inverse;
-            }
-            out[j] = power * sets[j].decay;
-        }
+        powers(1.0 / t, left.iter().zip(below).rev());
         true
     }
 
@@ -126,6 +119,18 @@ impl Lattice {
     fn middle(&self, x: f64) -> f64 {
         let delta = x - self.center;
         exp(-delta * delta * self.half_precision)
+    }
+}
+
+/// Memberships outward from the middle set, whose own is 1.
+#[inline(always)]
+fn powers<'a>(t: f64, sets: impl Iterator<Item = (&'a Set, &'a mut f64)>) {
+    let mut power = 1.0;
+    for (set, y) in sets {
+        for _ in 0..set.steps {
+            power *= t;
+        }
+        *y = power * set.decay;
     }
 }
 
@@ -141,7 +146,7 @@ fn smallest_gap(sets: &[Set]) -> Option<f64> {
     smallest.is_finite().then_some(smallest)
 }
 
-/// Writes the memberships of x in `sets`, normalised to sum 1 or raw. No NaN for any finite x.
+/// Writes the memberships of x in `sets`: raw, or up to a common factor. No NaN for any finite x.
 #[inline]
 pub(super) fn memberships(
     sets: &[Set],
@@ -153,8 +158,10 @@ pub(super) fn memberships(
     if let Some(lattice) = lattice
         && lattice.relative(sets, x, out)
     {
-        let scale = if normalized { 1.0 / out.iter().sum::<f64>() } else { lattice.middle(x) };
-        out.iter_mut().for_each(|y| *y *= scale);
+        if !normalized {
+            let scale = lattice.middle(x);
+            out.iter_mut().for_each(|y| *y *= scale);
+        }
         return;
     }
     for (set, y) in sets.iter().zip(out.iter_mut()) {
@@ -163,19 +170,17 @@ pub(super) fn memberships(
     exponentials(out, normalized);
 }
 
-/// Replaces exponents by their exponentials, normalised to sum 1 (log-sum-exp) or raw.
+/// Replaces exponents by their exponentials: raw, or relative to the largest.
 #[inline]
 pub(super) fn exponentials(out: &mut [f64], normalized: bool) {
-    if !normalized {
-        out.iter_mut().for_each(|y| *y = exp(*y));
-        return;
-    }
-    let largest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut sum = 0.0;
-    for y in out.iter_mut() {
-        *y = exp(*y - largest);
-        sum += *y;
-    }
-    let scale = 1.0 / sum;
+    let largest =
+        if normalized { out.iter().copied().fold(f64::NEG_INFINITY, f64::max) } else { 0.0 };
+    out.iter_mut().for_each(|y| *y = exp(*y - largest));
+}
+
+/// Scales to the sum 1.
+#[inline]
+pub(super) fn normalize(out: &mut [f64]) {
+    let scale = 1.0 / out.iter().sum::<f64>();
     out.iter_mut().for_each(|y| *y *= scale);
 }

@@ -1,10 +1,9 @@
 //! The adaptive law, stage by stage: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, `Ẇ = drive ξᵀ − pull D`.
 
-use super::state::{MAX_STAGES, Mix};
-use super::{Buffer, FuzzyCompensator, FuzzyState, MAX_WEIGHT};
+use super::state::{MAX_STAGES, Stages};
+use super::{Buffer, FuzzyCompensator, FuzzyState, MAX_WEIGHT, Places};
 use crate::control::{Audit, Compensator, Sample, Stage};
 use crate::error::{Error, Result};
-use crate::fuzzy::FuzzyBasis;
 use crate::fuzzy::kernels::{Term, accumulate, contract, flush};
 use crate::math::{Vector, exp, sqrt};
 
@@ -22,7 +21,8 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         self.activate(state, i, sample);
         self.contract(state, i);
         self.correlate(state, stage);
-        self.learn(state, stage, &self.s(sample));
+        self.mix(state, stage);
+        self.learn(state, i, &self.s(sample));
         state.stages.prior[i] + state.stages.learnt[i]
     }
 
@@ -36,10 +36,10 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         if state.frozen {
             return Ok(());
         }
-        let mut mixes = self.mixes(state, end);
-        let joints = || mixes.iter().enumerate();
-        let bound: f64 =
-            joints().map(|(n, mix)| state.norm_bound(mix, self.basis.xi_bound(), n)).sum();
+        let count = end.index;
+        self.mix(state, end);
+        let mix = &mut state.stages.mixes[count];
+        let bound = mix.norm_bound(count, &state.norms, self.basis.xi_bound());
         if bound > MAX_WEIGHT || bound.is_nan() {
             let wanted = "weights of at most 1e150; lower the gain";
             return Err(Error::OutOfRange {
@@ -50,11 +50,12 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             });
         }
         if self.parameters.adaptation.projection_radius.is_finite() {
-            let norm = joints().map(|(n, mix)| state.norm_squared(mix, end.index, n)).sum();
-            let retraction = self.parameters.adaptation.retraction(norm);
-            mixes.iter_mut().for_each(|mix| mix.scale(retraction));
+            let mix = state.stages.mixes[count];
+            let norms = state.stages.norms_squared(&mix, count, &state.norms);
+            let retraction = self.parameters.adaptation.retraction(norms.sum());
+            state.stages.mixes[count].scale(retraction);
         }
-        self.write_weights(state, &mixes, end.index);
+        self.write_weights(state, count);
         Ok(())
     }
 
@@ -97,34 +98,58 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// Evaluates the basis into the place of stage i.
     #[inline]
     fn activate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, sample: &Sample<N>) {
-        let (_, rest) = state.buffer.as_mut().split_at_mut(self.matrices() * self.matrix_len());
-        let length = self.basis.activation_len();
-        let (activations, scratch) = rest.split_at_mut(MAX_STAGES * length);
-        let place = &mut activations[i * length..(i + 1) * length];
-        let (x, scratch) = scratch.split_at_mut(self.basis.inputs());
+        let Places { stages, stage, x, scratch, .. } = self.places;
+        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let (activations, rest) = memory[stages..].split_at_mut(x - stages);
+        let (x, scratch) = rest.split_at_mut(scratch - x);
         self.parameters.inputs.gather(sample, x);
-        self.basis.activate(x, scratch, place);
+        self.basis.activate(x, scratch, &mut activations[i * stage..(i + 1) * stage]);
+        state.stages.known[i] = 0;
     }
 
     /// The products of both weight matrices with the basis of stage i.
     #[inline]
     fn contract<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize) {
-        let buffer = state.buffer.as_ref();
-        let (row, matrix) = (self.basis.row_len(), self.matrix_len());
-        for n in 0..N {
-            let xi = self.basis.block(self.activation(buffer, i), self.block_of(n));
-            state.stages.own[i][n] = contract(&buffer[n * row..(n + 1) * row], xi.u, xi.v);
-            if state.prior {
-                let place = matrix + n * row..matrix + (n + 1) * row;
-                state.stages.prior[i][n] = contract(&buffer[place], xi.u, xi.v);
-            }
+        let memory = &state.buffer.as_ref()[state.offset..];
+        let activation = self.activation(memory, i);
+        self.products(memory, activation, &mut state.stages.own[i]);
+        if state.prior {
+            self.products(&memory[self.places.matrix..], activation, &mut state.stages.prior[i]);
         }
     }
 
-    /// Whether the law needs |ξ|².
     #[inline]
-    fn normalizes(&self) -> bool {
-        self.parameters.adaptation.normalization > 0.0
+    fn products(&self, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
+        let (weights, out) = (&memory[..self.places.matrix], out.as_mut_slice());
+        if self.basis.blocks() == 1 {
+            let xi = self.basis.block(activation, 0);
+            return contract(weights, xi.u, xi.v, out);
+        }
+        let rows = weights.chunks_exact(self.basis.row_len());
+        for (n, (row, out)) in rows.zip(out.chunks_exact_mut(1)).enumerate() {
+            let xi = self.basis.block(activation, n);
+            contract(row, xi.u, xi.v, out);
+        }
+    }
+
+    /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
+    #[inline]
+    fn correlate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
+        let i = stage.index;
+        if self.needs_norms(i) {
+            for j in 0..=i {
+                (0..=j).for_each(|k| self.product(state, j, k));
+            }
+            return;
+        }
+        for (j, a) in stage.coefficients.iter().enumerate() {
+            if *a != 0.0 {
+                self.product(state, i, j);
+            }
+        }
+        if self.parameters.adaptation.normalization > 0.0 {
+            self.product(state, i, i);
+        }
     }
 
     /// Whether the size of the weights matters at stage i: to the law, or to a record between steps.
@@ -133,43 +158,37 @@ impl<const N: usize> FuzzyCompensator<N> {
         i == MAX_STAGES - 1 || self.parameters.adaptation.pulls()
     }
 
-    /// ξᵢ·ξⱼ with itself and with every earlier stage that matters.
+    /// ξᵢ·ξⱼ, unless it is known.
     #[inline]
-    fn correlate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
-        let i = stage.index;
-        let all = self.needs_norms(i);
-        for j in 0..=i {
-            let matters = if j < i { stage.coefficients[j] != 0.0 } else { self.normalizes() };
-            if !(matters || all) {
-                continue;
-            }
-            let buffer = state.buffer.as_ref();
-            let (left, right) = (self.activation(buffer, i), self.activation(buffer, j));
-            for block in 0..self.basis.blocks() {
-                let product = self.basis.block(left, block).dot(&self.basis.block(right, block));
-                state.stages.gram[i][j][block] = product;
-            }
-            if self.basis.blocks() == 1 {
-                state.stages.gram[i][j] = Vector::repeat(state.stages.gram[i][j][0]);
-            }
+    fn product<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, j: usize) {
+        let memory = &state.buffer.as_ref()[state.offset..];
+        let stages = &mut state.stages;
+        if stages.known[i] >> j & 1 != 0 {
+            return;
         }
+        let (left, right) = (self.activation(memory, i), self.activation(memory, j));
+        stages.gram[i][j] = if self.basis.blocks() == 1 {
+            Vector::repeat(self.basis.dot(left, right, 0))
+        } else {
+            Vector::from_fn(|n, _| self.basis.dot(left, right, n))
+        };
+        stages.known[i] |= 1 << j;
     }
 
     /// (W − W₀)ξ at the stage, and the rates of the law there.
     #[inline]
-    fn learn<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>, s: &Vector<N>) {
-        let i = stage.index;
-        let mixes = self.mixes(state, stage);
-        for (n, mix) in mixes.iter().enumerate() {
-            let stages = &mut state.stages;
-            let past = (0..i).map(|j| mix.terms[j] * stages.gram[i][j][n]);
-            stages.learnt[i][n] = mix.keep * stages.own[i][n] + past.sum::<f64>();
-            if i == 0 || self.needs_norms(i) {
-                state.stages.norms[i][n] = state.norm_squared(mix, i, n);
+    fn learn<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, s: &Vector<N>) {
+        let stages = &mut state.stages;
+        let mix = &stages.mixes[i];
+        let mut learnt = mix.keep.component_mul(&stages.own[i]);
+        for (j, terms) in mix.terms[..i].iter().enumerate() {
+            if stages.known[i] >> j & 1 != 0 {
+                learnt += terms.component_mul(&stages.gram[i][j]);
             }
         }
-        if self.parameters.adaptation.pulls_by_state() {
-            state.stages.mixes[i] = mixes;
+        stages.learnt[i] = learnt;
+        if i == 0 || self.needs_norms(i) {
+            stages.norms[i] = stages.norms_squared(mix, i, &state.norms);
         }
         self.record_rates(state, i, s);
     }
@@ -195,48 +214,39 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// The weights of every joint at a stage, in terms of those at the start of the step.
     #[inline]
-    fn mixes<B: Buffer>(&self, state: &FuzzyState<N, B>, stage: &Stage<'_>) -> [Mix; N] {
+    fn mix<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
         let leak = self.leak_rate(state) * stage.step;
         let fade = |from: f64| if leak == 0.0 { 1.0 } else { exp(-leak * (stage.node - from)) };
-        let mut mixes = [Mix { keep: fade(0.0), ..Mix::START }; N];
+        let Stages { drive, pull, mixes, .. } = &mut state.stages;
+        let (past, rest) = mixes.split_at_mut(stage.index);
+        let mix = &mut rest[0];
+        mix.keep = Vector::repeat(fade(0.0));
         for (j, (a, &node)) in stage.coefficients.iter().zip(stage.nodes).enumerate() {
-            if *a == 0.0 {
-                continue;
-            }
-            let weight = stage.step * a * fade(node);
-            for (n, mix) in mixes.iter_mut().enumerate() {
-                mix.terms[j] += weight * state.stages.drive[j][n];
-                if self.parameters.adaptation.pulls_by_state() {
-                    let pull = weight * state.stages.pull[j][n];
-                    mix.subtract(pull, &state.stages.mixes[j][n], j);
-                }
+            let weight = if *a == 0.0 { 0.0 } else { stage.step * a * fade(node) };
+            mix.terms[j] = drive[j] * weight;
+            if self.parameters.adaptation.pulls_by_state() {
+                mix.subtract(&(pull[j] * weight), &past[j], j);
             }
         }
-        mixes
     }
 
     /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
     #[inline]
-    fn write_weights<B: Buffer>(
-        &self,
-        state: &mut FuzzyState<N, B>,
-        mixes: &[Mix; N],
-        count: usize,
-    ) {
-        let row = self.basis.row_len();
-        let (weights, rest) = state.buffer.as_mut().split_at_mut(self.matrix_len());
-        let activations = &rest[(self.matrices() - 1) * self.matrix_len()..];
-        for (n, mix) in mixes.iter().enumerate() {
+    fn write_weights<B: Buffer>(&self, state: &mut FuzzyState<N, B>, count: usize) {
+        let Places { matrix, stages, .. } = self.places;
+        let (weights, rest) = state.buffer.as_mut()[state.offset..].split_at_mut(matrix);
+        let activations = &rest[stages - matrix..];
+        let mix = &state.stages.mixes[count];
+        for (n, row) in weights.chunks_exact_mut(self.basis.row_len()).enumerate() {
             let mut terms = [Term { coefficient: 0.0, u: &[], v: &[] }; MAX_STAGES];
             let mut used = 0;
-            for j in (0..count).filter(|&j| mix.terms[j] != 0.0) {
-                let xi = self.basis.block(slot(&self.basis, activations, j), self.block_of(n));
-                terms[used] = Term { coefficient: mix.terms[j], u: xi.u, v: xi.v };
+            for j in (0..count).filter(|&j| mix.terms[j][n] != 0.0) {
+                let xi = self.basis.block(self.slot(activations, j), self.block_of(n));
+                terms[used] = Term { coefficient: mix.terms[j][n], u: xi.u, v: xi.v };
                 used += 1;
             }
-            let place = &mut weights[n * row..(n + 1) * row];
-            if used > 0 || mix.keep != 1.0 {
-                state.norms[n] = accumulate(place, mix.keep, &terms[..used]);
+            if used > 0 || mix.keep[n] != 1.0 {
+                state.norms[n] = accumulate(row, mix.keep[n], &terms[..used]);
             }
         }
         state.advances += 1;
@@ -247,18 +257,17 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// The evaluated basis of stage i.
     #[inline]
-    fn activation<'a>(&self, buffer: &'a [f64], i: usize) -> &'a [f64] {
-        slot(&self.basis, &buffer[self.matrices() * self.matrix_len()..], i)
+    fn activation<'a>(&self, memory: &'a [f64], i: usize) -> &'a [f64] {
+        self.slot(&memory[self.places.stages..], i)
+    }
+
+    #[inline]
+    fn slot<'a>(&self, activations: &'a [f64], i: usize) -> &'a [f64] {
+        &activations[i * self.places.stage..(i + 1) * self.places.stage]
     }
 
     #[inline]
     fn leak_rate<B: Buffer>(&self, state: &FuzzyState<N, B>) -> f64 {
         if state.frozen { 0.0 } else { self.parameters.adaptation.leak_rate }
     }
-}
-
-#[inline]
-fn slot<'a>(basis: &FuzzyBasis, activations: &'a [f64], i: usize) -> &'a [f64] {
-    let length = basis.activation_len();
-    &activations[i * length..(i + 1) * length]
 }

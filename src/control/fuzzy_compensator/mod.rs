@@ -10,7 +10,7 @@ pub use state::{Buffer, FuzzyState, MAX_STAGES};
 
 use super::{Adaptation, Gains, Inputs, Sample};
 use crate::error::{Error, Result, within};
-use crate::fuzzy::kernels::norm_squared;
+use crate::fuzzy::kernels::{LANES, norm_squared};
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::math::Vector;
 use crate::riccati::{JointSolution, joint};
@@ -48,6 +48,21 @@ pub struct FuzzyCompensator<const N: usize> {
     basis: FuzzyBasis,
     parameters: FuzzyParameters<N>,
     p: [JointSolution; N],
+    places: Places,
+}
+
+/// Where things lie in a state's buffer, from its first whole lane on.
+#[derive(Clone, Copy, Debug)]
+struct Places {
+    /// Length of W − W₀, which comes first, and of W₀, which follows if it is needed.
+    matrix: usize,
+    /// Start of the evaluated bases of the stages, and the length of each.
+    stages: usize,
+    stage: usize,
+    /// Start of the inputs x, and of scratch memory.
+    x: usize,
+    scratch: usize,
+    end: usize,
 }
 
 impl<const N: usize> FuzzyCompensator<N> {
@@ -77,7 +92,8 @@ impl<const N: usize> FuzzyCompensator<N> {
             let (q1, q2) = (parameters.q_position[n], parameters.q_velocity[n]);
             *solution = joint(gains.kp[n], gains.kv[n], q1, q2, parameters.gamma)?;
         }
-        Ok(Self { basis, parameters, p })
+        let places = Places::new(&basis, N, parameters.adaptation.pulls());
+        Ok(Self { basis, parameters, p, places })
     }
 
     /// The basis ξ.
@@ -102,10 +118,7 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// Length of the buffer that a [`FuzzyState`] needs.
     pub fn buffer_len(&self) -> usize {
-        self.matrices() * self.matrix_len()
-            + MAX_STAGES * self.basis.activation_len()
-            + self.basis.inputs()
-            + self.basis.scratch_len()
+        self.places.end + LANES - 1
     }
 
     /// A state with zero weights on the heap.
@@ -177,7 +190,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         matrix: usize,
         weights: &mut [f64],
     ) {
-        let place = state.buffer.as_ref().chunks_exact(self.matrix_len()).nth(matrix);
+        let place = state.memory().chunks_exact(self.matrix_len()).nth(matrix);
         let rows = place.into_iter().flat_map(|m| m.chunks_exact(self.basis.row_len()));
         for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
             self.basis.add_unpacked(padded, row);
@@ -203,10 +216,12 @@ impl<const N: usize> FuzzyCompensator<N> {
         matrix: usize,
     ) {
         state.prior |= matrix == 1;
-        let place = state.buffer.as_mut().chunks_exact_mut(self.matrix_len()).nth(matrix);
+        let FuzzyState { buffer, offset, norms, .. } = state;
+        let memory = &mut buffer.as_mut()[*offset..];
+        let place = memory.chunks_exact_mut(self.matrix_len()).nth(matrix);
         let rows = place.into_iter().flat_map(|m| m.chunks_exact_mut(self.basis.row_len()));
         for ((padded, row), norm) in
-            rows.zip(weights.chunks_exact(self.basis.block_rules())).zip(state.norms.iter_mut())
+            rows.zip(weights.chunks_exact(self.basis.block_rules())).zip(norms.iter_mut())
         {
             self.basis.pack(row, padded);
             if matrix == 0 {
@@ -231,7 +246,7 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// Length of a padded weight matrix.
     fn matrix_len(&self) -> usize {
-        N * self.basis.row_len()
+        self.places.matrix
     }
 
     /// W − W₀, and W₀ where something pulls the weights to it.
@@ -249,5 +264,16 @@ impl<const N: usize> FuzzyCompensator<N> {
     #[inline]
     fn s(&self, sample: &Sample<N>) -> Vector<N> {
         Vector::from_fn(|n, _| self.p[n].p12 * sample.e[n] + self.p[n].p22 * sample.de[n])
+    }
+}
+
+impl Places {
+    fn new(basis: &FuzzyBasis, joints: usize, prior: bool) -> Self {
+        let matrix = joints * basis.row_len();
+        let stages = if prior { 2 * matrix } else { matrix };
+        let stage = basis.activation_len();
+        let x = stages + MAX_STAGES * stage;
+        let scratch = x + basis.inputs();
+        Self { matrix, stages, stage, x, scratch, end: scratch + basis.scratch_len() }
     }
 }

@@ -1,5 +1,6 @@
 //! What a fuzzy compensator remembers: its weights, and what each stage of the current step recorded.
 
+use crate::fuzzy::kernels::LANES;
 use crate::math::{Vector, sqrt};
 
 /// Most stages of a step: seven of Dormand-Prince and one for its dense output.
@@ -15,6 +16,8 @@ impl<B: AsRef<[f64]> + AsMut<[f64]>> Buffer for B {}
 pub struct FuzzyState<const N: usize, B> {
     /// W − W₀, W₀ if there is one, the evaluated basis of every stage, scratch.
     pub(super) buffer: B,
+    /// Start of the first whole lane in the buffer: cache lines are read whole from there.
+    pub(super) offset: usize,
     /// Squared norms |Dₙ|² of the rows of W − W₀.
     pub(super) norms: Vector<N>,
     /// Whether W₀ is not zero.
@@ -27,8 +30,18 @@ pub struct FuzzyState<const N: usize, B> {
 
 impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     pub(super) fn over(buffer: B) -> Self {
-        let norms = Vector::zeros();
-        Self { buffer, norms, prior: false, frozen: false, advances: 0, stages: Stages::default() }
+        let offset = match buffer.as_ref().as_ptr().align_offset(LANES * size_of::<f64>()) {
+            offset if offset < LANES => offset,
+            _ => 0,
+        };
+        let (norms, stages) = (Vector::zeros(), Stages::default());
+        Self { buffer, offset, norms, prior: false, frozen: false, advances: 0, stages }
+    }
+
+    /// The buffer from its first whole lane on.
+    #[inline]
+    pub(super) fn memory(&self) -> &[f64] {
+        &self.buffer.as_ref()[self.offset..]
     }
 
     /// Stops adaptation; the weights stay in use as they are.
@@ -49,26 +62,6 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     /// |W − W₀|, Frobenius; W₀ is zero but for a warm start.
     pub fn weights_norm(&self) -> f64 {
         sqrt(self.norms.sum())
-    }
-
-    /// |Dₙ|² for the weights of `mix`, which has terms of the stages before `count`.
-    pub(super) fn norm_squared(&self, mix: &Mix, count: usize, n: usize) -> f64 {
-        let mut sum = mix.keep * mix.keep * self.norms[n];
-        for i in 0..count {
-            let mut inner =
-                2.0 * mix.keep * self.stages.own[i][n] + mix.terms[i] * self.stages.gram[i][i][n];
-            for j in 0..i {
-                inner += 2.0 * mix.terms[j] * self.stages.gram[i][j][n];
-            }
-            sum += mix.terms[i] * inner;
-        }
-        sum.max(0.0)
-    }
-
-    /// An upper bound of |Dₙ| for the weights of `mix`, where |ξ| is at most `xi_bound`.
-    pub(super) fn norm_bound(&self, mix: &Mix, xi_bound: f64, n: usize) -> f64 {
-        let terms: f64 = mix.terms.iter().map(|c| c.abs()).sum();
-        mix.keep * sqrt(self.norms[n]) + terms * xi_bound
     }
 
     pub(super) fn clear(&mut self) {
@@ -94,10 +87,11 @@ pub(super) struct Stages<const N: usize> {
     pub factor: [Vector<N>; MAX_STAGES],
     pub drive: [Vector<N>; MAX_STAGES],
     pub pull: [Vector<N>; MAX_STAGES],
-    /// ξᵢ·ξⱼ of each joint's rules.
+    /// ξᵢ·ξⱼ of each joint's rules, j ≤ i, where it is known: bit j of `known[i]`.
     pub gram: [[Vector<N>; MAX_STAGES]; MAX_STAGES],
-    /// The weights of the stage, where a pull depends on the state.
-    pub mixes: [[Mix; N]; MAX_STAGES],
+    pub known: [u8; MAX_STAGES],
+    /// The weights of the stage, and those at the end of the step after its last stage.
+    pub mixes: [Mix<N>; MAX_STAGES],
 }
 
 impl<const N: usize> Default for Stages<N> {
@@ -112,21 +106,39 @@ impl<const N: usize> Default for Stages<N> {
             drive: zeros,
             pull: zeros,
             gram: [zeros; MAX_STAGES],
-            mixes: [[Mix::START; N]; MAX_STAGES],
+            known: [0; MAX_STAGES],
+            mixes: [Mix { keep: Vector::zeros(), terms: zeros }; MAX_STAGES],
         }
     }
 }
 
-/// A joint's weights at a stage: D = keep D(t) + Σ terms_j ξ_jᵀ.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Mix {
-    pub keep: f64,
-    pub terms: [f64; MAX_STAGES],
+impl<const N: usize> Stages<N> {
+    /// |Dₙ|² for the weights of `mix`, a sum over the stages before `count`, from |Dₙ|² at the start of the step.
+    pub fn norms_squared(&self, mix: &Mix<N>, count: usize, start: &Vector<N>) -> Vector<N> {
+        let mut norms = mix.keep.component_mul(&mix.keep).component_mul(start);
+        for n in 0..N {
+            for i in 0..count {
+                let mut inner =
+                    2.0 * mix.keep[n] * self.own[i][n] + mix.terms[i][n] * self.gram[i][i][n];
+                for j in 0..i {
+                    inner += 2.0 * mix.terms[j][n] * self.gram[i][j][n];
+                }
+                norms[n] += mix.terms[i][n] * inner;
+            }
+            norms[n] = norms[n].max(0.0);
+        }
+        norms
+    }
 }
 
-impl Mix {
-    pub const START: Self = Self { keep: 1.0, terms: [0.0; MAX_STAGES] };
+/// The weights at a stage: Dₙ = keepₙ Dₙ(t) + Σ terms_jn ξ_jᵀ over the stages j before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Mix<const N: usize> {
+    pub keep: Vector<N>,
+    pub terms: [Vector<N>; MAX_STAGES],
+}
 
+impl<const N: usize> Mix<N> {
     /// self ← factor · self.
     pub fn scale(&mut self, factor: f64) {
         self.keep *= factor;
@@ -135,10 +147,23 @@ impl Mix {
 
     /// self ← self − factor · past, where `past` has terms of the stages before `count`.
     #[inline]
-    pub fn subtract(&mut self, factor: f64, past: &Self, count: usize) {
-        self.keep = (self.keep - factor * past.keep).max(0.0);
-        for j in 0..count {
-            self.terms[j] -= factor * past.terms[j];
+    pub fn subtract(&mut self, factor: &Vector<N>, past: &Self, count: usize) {
+        for n in 0..N {
+            self.keep[n] = (self.keep[n] - factor[n] * past.keep[n]).max(0.0);
         }
+        for j in 0..count {
+            self.terms[j] -= factor.component_mul(&past.terms[j]);
+        }
+    }
+
+    /// An upper bound of Σₙ |Dₙ|, where |ξ| is at most `xi_bound`.
+    #[inline]
+    pub fn norm_bound(&self, count: usize, start: &Vector<N>, xi_bound: f64) -> f64 {
+        let mut bound = 0.0;
+        for n in 0..N {
+            let terms: f64 = self.terms[..count].iter().map(|c| c[n].abs()).sum();
+            bound += self.keep[n] * sqrt(start[n]) + terms * xi_bound;
+        }
+        bound
     }
 }
