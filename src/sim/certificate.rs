@@ -20,7 +20,7 @@ pub struct Certificate {
     pub v_end: f64,
     /// ∫ (2 s·ρ − loss) dt.
     pub supplied: f64,
-    /// ∫ (xᵀQx + |s/γ − γε|² + γ²|ε|²) dt: what the residual is relative to.
+    /// ∫ (xᵀQx + |s/c − cε|² + c²|ε|²) dt with c = min(γ, 1), finite for every γ: what the residual is relative to.
     pub turnover: f64,
     /// ∫ xᵀQx dt.
     pub state_cost: f64,
@@ -41,11 +41,11 @@ impl Certificate {
     pub(super) fn rates<const N: usize>(evaluation: &Evaluation<N>) -> Self {
         let Some(audit) = &evaluation.audit else { return Self::default() };
         let epsilon = evaluation.rho - audit.prior;
-        let (uncertainty, gamma) = (epsilon.norm_squared(), audit.gamma);
-        let mismatch = (audit.s / gamma - epsilon * gamma).norm_squared();
+        let (uncertainty, c) = (epsilon.norm_squared(), audit.gamma.min(1.0));
+        let mismatch = (audit.s / c - epsilon * c).norm_squared();
         Self {
             supplied: 2.0 * audit.s.dot(&evaluation.rho) - audit.loss,
-            turnover: audit.state_cost + mismatch + gamma * gamma * uncertainty,
+            turnover: audit.state_cost + mismatch + c * c * uncertainty,
             state_cost: audit.state_cost,
             uncertainty,
             ..Self::default()
