@@ -13,7 +13,7 @@ use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::paper::{self, PaperSines, Reading};
 use steadyarm::plant::Plant;
-use steadyarm::reference::{Harmonic, Sines};
+use steadyarm::reference::{Harmonic, Setpoint, Sines};
 use steadyarm::sim::{Options, Run, Window, metrics, simulate};
 
 pub type Arm = TwoLink;
@@ -98,6 +98,24 @@ pub fn weights(controller: &Adaptive, state: &FuzzyState<2, Vec<f64>>) -> Vec<f6
 /// Simulation 3 from weights zero.
 pub fn run(controller: &Adaptive, options: &Options<2>) -> Run<2> {
     simulate(&plant(), controller, &mut fresh(controller), &reference(), options, on).unwrap()
+}
+
+/// The run whose speed is compared: 625 rules, normalised, gain 7000, 20 s of RK4 from an offset.
+pub fn compared() -> (Adaptive, Options<2>) {
+    let options = Options { duration: 20.0, q0: [0.5, -0.5], ..Options::default() };
+    (adaptive(Form::Grid, true, 7000.0), options)
+}
+
+/// What a sampled controller sees: position, velocity and set-point at every 20th ms of that run.
+pub fn samples() -> Vec<(Vector<2>, Vector<2>, Setpoint<2>)> {
+    let (controller, options) = compared();
+    let Run { q, dq, q_d, dq_d, ddq_d, .. } =
+        run(&controller, &Options { record_every: 20, ..options });
+    let at = |k: usize| {
+        let desired = Setpoint { q: q_d[k].into(), dq: dq_d[k].into(), ddq: ddq_d[k].into() };
+        (q[k].into(), dq[k].into(), desired)
+    };
+    (0..q.len() - 1).map(at).collect()
 }
 
 /// Steady RMS of e₁ and e₂ (second half, t > 20 s) and max |τ₁| of a run of 40 s.
