@@ -75,27 +75,28 @@ impl<const N: usize> Options<N> {
             within("rtol", &[rtol], |x| (1e-14..=1e-1).contains(&x), "between 1e-14 and 0.1")?;
             within("atol", &[atol], |x| (1e-20..=1e-1).contains(&x), "between 1e-20 and 0.1")?;
         }
-        let steps = self.multiples("duration", self.duration)?;
+        let steps = self.multiples("duration", "duration / dt", self.duration)?;
         let hold = match self.control_period {
             None => 1,
             Some(period) => {
                 positive("control_period", &[period])?;
-                self.multiples("control_period", period)?
+                self.multiples("control_period", "control_period / dt", period)?
             }
         };
         Ok((steps, hold))
     }
 
-    fn multiples(&self, parameter: &'static str, time: f64) -> Result<usize> {
+    fn multiples(
+        &self,
+        parameter: &'static str,
+        ratio_name: &'static str,
+        time: f64,
+    ) -> Result<usize> {
         let ratio = time / self.dt;
         let whole = libm::round(ratio);
         if ratio > MAX_STEPS {
             let limit = MAX_STEPS as usize;
-            return Err(Error::TooMany {
-                parameter: "duration / dt",
-                got: Some(whole as usize),
-                limit,
-            });
+            return Err(Error::TooMany { parameter: ratio_name, got: Some(whole as usize), limit });
         }
         if whole < 1.0 || (ratio - whole).abs() > WHOLE_TOL {
             let wanted = "a whole number of dt";
