@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::adaptive::attempt;
 use super::certificate::Certificate;
-use super::closed_loop::ClosedLoop;
+use super::closed_loop::{ClosedLoop, Evaluation};
 use super::integrators::{DP54, Motion, RK4, Rates, Tolerance, dp54_dense};
 use super::recorder::Recorder;
 use super::run::{Cause, Run, Status};
@@ -52,7 +52,7 @@ where
         match system.finish_rk4(state, (t, h, record.time(k + 1)), &motion, &mut rates) {
             Ok(next) => motion = next,
             Err(error) => {
-                record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
+                give_up(&mut record, system.evaluation(), t, Cause::Rejected(error));
                 break;
             }
         }
@@ -105,7 +105,7 @@ where
             system.acceleration(state, stage, time, at)
         });
         let Some(step) = accepted else {
-            record.stop(Status::Diverged { t, cause: Cause::StepTooShort });
+            give_up(&mut record, system.evaluation(), t, Cause::StepTooShort);
             break;
         };
         while row <= record.steps && record.time(row) <= step.end {
@@ -126,6 +126,18 @@ where
         (motion, t, h) = (step.motion, step.end, step.next_h);
     }
     record.finish()
+}
+
+/// Ends the run with what is wrong with the stage evaluated last, or else with `cause`.
+fn give_up<const N: usize>(
+    record: &mut Recorder<N>,
+    latest: Option<&Evaluation<N>>,
+    t: f64,
+    cause: Cause,
+) {
+    if latest.is_none_or(|at| record.check(at)) {
+        record.stop(Status::Diverged { t, cause });
+    }
 }
 
 /// Evaluates the loop inside the step that was just taken, at t + θ h, in the place of the last stage.
