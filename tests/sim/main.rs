@@ -1,0 +1,10 @@
+//! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt, and runs that end.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+#[path = "../common/mod.rs"]
+mod common;
+mod endings;
+mod identity;
+mod integrators;
+mod learning;
+mod loops;
