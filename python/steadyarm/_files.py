@@ -15,10 +15,10 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def replace(path: Path, write: Callable[[Path], object]) -> None:
-    """Call ``write`` with a temporary path beside ``path``, then rename: a full disk leaves no half file.
+    """Call ``write`` with a temporary path beside ``path``, then rename.
 
-    What stood at ``path`` before stays until the new file is complete. Devices and pipes are written
-    directly. Raises OSError, with ``path`` as its file name.
+    A full disk leaves no half file; what stood at ``path`` before stays until the new file is
+    complete. Devices and pipes are written directly. Raises OSError that names ``path``.
     """
     path = Path(os.path.realpath(path))
     if path.exists() and not path.is_file():

@@ -24,7 +24,7 @@ INK, GRAY, FAINT = "#222222", "#767676", "#E6E6E6"
 """Colours that colour-blind readers can tell apart (Okabe and Ito)."""
 
 CYCLE = ((BLUE, "-"), (ORANGE, "-"), (INK, (0, (3, 3))), (GREEN, "-"), (PURPLE, "-"), (SKY, "-"))
-"""Colour and line of the runs that are compared; the third is dashed, to be seen on top of another."""
+"""Colour and line of the runs that are compared; one is dashed, to be seen on top of another."""
 
 DPI = 150
 """Dots per inch of pictures in files and notebooks."""
@@ -62,9 +62,10 @@ class Picture(Figure):
 def overview(run: Run) -> Picture:
     """Draw a whole run, one column a joint.
 
-    From the top: position, error, torque with its two parts; with a compensator also what the model
-    leaves out (ρ) against its estimate (ρ̂), the size of the weights and the Lyapunov function V. Of a
-    run that blew up the axes show the part that can be read, and the title says what happened.
+    From the top: position, error, torque with its two parts; with a compensator also what the
+    model leaves out (ρ) against its estimate (ρ̂), the size of the weights and the Lyapunov
+    function V. Of a run that blew up the axes show the part that can be read, and the title says
+    what happened.
     """
     adaptive = run.weights_norm is not None and run.V is not None
     rows = 4 if adaptive else 3
@@ -100,7 +101,7 @@ def overview(run: Run) -> Picture:
 
 
 def paper_figure(run: Run, title: str) -> Picture:
-    """Draw a run as the paper's figures do: joint 1 left, joint 2 right; desired dotted, actual solid."""
+    """Draw a run as the paper does: joint 1 left, joint 2 right; desired dotted, actual solid."""
     picture = Picture(width=max(5.0 * run.joints, 5.5), height=3.5)
     for joint in range(run.joints):
         axes = picture.add_subplot(1, run.joints, joint + 1)
@@ -146,8 +147,8 @@ def errors(runs: Mapping[str, Run]) -> Picture:
 def approximation(rows: Sequence[tuple[int, float]]) -> Picture:
     """Draw the largest error of fuzzy fits against their number of rules, both logarithmic.
 
-    ``rows`` holds (rules, sup |g - f|). The universal approximation statement (5) says that the curve
-    comes below any ε.
+    ``rows`` holds (rules, sup |g - f|). The universal approximation statement (5) says that the
+    curve comes below any ε.
     """
     if not rows:
         raise ValueError("rows: got none, wants at least one")
@@ -180,9 +181,8 @@ def _torque(axes: Axes, run: Run, joint: int, adaptive: bool) -> None:
 
 def _model_error(axes: Axes, run: Run, joint: int) -> None:
     _line(axes, run.t, run.rho[:, joint], GRAY, linewidth=1.8, label="ρ, left out by the model")
-    _line(
-        axes, run.t, run.rho_hat[:, joint], GREEN, linestyle=(0, (3, 1.2)), label="ρ̂, compensator's estimate"
-    )  # fmt: skip
+    dashed, label = (0, (3, 1.2)), "ρ̂, compensator's estimate"
+    _line(axes, run.t, run.rho_hat[:, joint], GREEN, linestyle=dashed, label=label)
 
 
 def _line(axes: Axes, t: Array, values: Array, colour: str, **style: Any) -> None:

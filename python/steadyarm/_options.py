@@ -1,0 +1,77 @@
+"""What the commands share: how one is added, and what values its options take."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ._files import PICTURES
+
+if TYPE_CHECKING:
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+FAILED, USAGE, STOPPED = 1, 2, 130
+"""Exit codes: something went wrong; the arguments make no sense; Ctrl-C."""
+
+
+class Refused(Exception):
+    """Arguments that the library refuses."""
+
+
+def command(
+    commands: Commands, name: str, summary: str, details: str, run: Callable[[Any], int]
+) -> argparse.ArgumentParser:
+    """Add a command: ``summary`` for the list of commands, ``details`` for its own help.
+
+    ``run`` takes the parsed arguments and returns the exit code.
+    """
+    parser = commands.add_parser(
+        name,
+        help=summary,
+        description=details,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+def number(text: str) -> float:
+    """A number or a fraction."""
+    try:
+        return float(Fraction(text)) if "/" in text else float(text)
+    except (ValueError, ZeroDivisionError):
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants a number") from None
+
+
+def numbers(text: str) -> float | list[float]:
+    """One number for all joints, or one a joint."""
+    values = [number(part) for part in text.split(",")]
+    return values[0] if len(values) == 1 else values
+
+
+def names(text: str) -> str | list[str]:
+    """One name, or several."""
+    names = [name.strip() for name in text.split(",")]
+    return names[0] if len(names) == 1 else names
+
+
+def picture(text: str) -> Path:
+    """A picture file."""
+    return _file(text, PICTURES)
+
+
+def record(text: str) -> Path:
+    """A file for `Run.save`."""
+    return _file(text, (".npz",))
+
+
+def _file(text: str, endings: tuple[str, ...]) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in endings:
+        wanted = " or ".join(endings)
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants a name that ends in {wanted}")
+    return path

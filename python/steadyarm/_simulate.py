@@ -1,0 +1,258 @@
+"""The command ``steadyarm simulate``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from . import _files, paper, reproduction
+from ._options import FAILED, STOPPED, Refused, command, names, number, numbers, picture, record
+from .run import Run
+
+if TYPE_CHECKING:
+    from ._options import Commands
+
+
+def add_simulate(commands: Commands) -> None:
+    """Add the command."""
+    parser = command(
+        commands,
+        "simulate",
+        "one run: how it ended, the error, the torque, the certificate",
+        "Run one scene of the paper. What you do not give is the paper's. A value for each joint\n"
+        'is written "7,70"; fractions like 1/7 are understood.',
+        _simulate,
+    )
+    _add_scene(parser.add_argument_group("scene"))
+    _add_controller(parser.add_argument_group("controller"))
+    _add_compensator(parser.add_argument_group("compensator (simulation 3)"))
+    _add_numerics(parser.add_argument_group("numerics"))
+    _add_output(parser.add_argument_group("output"))
+
+
+def _add_scene(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add(
+        "--simulation",
+        type=int,
+        choices=(1, 2, 3),
+        default=3,
+        help="1: the model is exact. 2: the arm is twice as heavy as the model, with a "
+        "disturbance. 3: the same, with the compensator (default)",
+    )
+    add("--duration", metavar="S", type=number, help="length [s] (default: 40)")
+
+
+def _add_controller(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add("--kp", metavar="K", type=numbers, help="feedback on position [1/s²] (default: 8)")
+    add("--kv", metavar="K", type=numbers, help="feedback on velocity [1/s] (default: 5.5)")
+    add(
+        "--control-period",
+        metavar="S",
+        type=number,
+        help="the controller steps once every so many seconds and holds its torque, as on a real "
+        "machine (default: continuous, as in the paper)",
+    )
+
+
+def _add_compensator(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add(
+        "--preset",
+        choices=tuple(paper.PRESETS),
+        default="printed",
+        help="how the paper is read: printed is inert, claimed works (default: printed)",
+    )
+    add(
+        "--form",
+        choices=reproduction.FORMS,
+        help="how fuzzy sets combine to rules: grid has every combination (5^inputs), shared one "
+        "rule a set (5), concat one a set and input (20), per_joint a grid a joint (25 each)",
+    )
+    strengths = group.add_mutually_exclusive_group()
+    strengths.add_argument(
+        "--normalized",
+        action="store_true",
+        default=None,
+        help="divide the firing strengths by their sum",
+    )
+    strengths.add_argument(
+        "--raw",
+        action="store_false",
+        dest="normalized",
+        default=None,
+        help="use the firing strengths as they are",
+    )
+    add(
+        "--gain",
+        metavar="G",
+        type=numbers,
+        help="how fast it learns; the inverse of the paper's Γ: too low changes nothing, too high "
+        "shakes a sampled controller",
+    )
+    add(
+        "--inputs",
+        metavar="NAME",
+        type=names,
+        help="what the rules see: error (the paper), state, reference, trajectory, or a list of "
+        "e, de, q, dq, q_d, dq_d, ddq_d",
+    )
+    add(
+        "--leak-rate",
+        metavar="R",
+        type=number,
+        help="how fast it forgets [1/s]; keeps weights from drifting away (default: 0)",
+    )
+    add(
+        "--gamma",
+        metavar="G",
+        type=number,
+        help="level of disturbance that the proof allows for, γ (default: 1)",
+    )
+
+
+def _add_numerics(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add(
+        "--dt",
+        metavar="S",
+        type=number,
+        help="step and spacing of the record [s] (default: 0.001)",
+    )
+    add(
+        "--method",
+        choices=("rk4", "dp54"),
+        default="rk4",
+        help="rk4: fixed step. dp54: error control (default: rk4)",
+    )
+
+
+def _add_output(group: argparse._ArgumentGroup) -> None:
+    add = group.add_argument
+    add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
+    add(
+        "--save",
+        metavar="FILE.npz",
+        type=record,
+        help="keep the run; steadyarm.Run.load reads it back",
+    )
+
+
+OVERRIDES = (
+    "kp",
+    "kv",
+    "form",
+    "normalized",
+    "gain",
+    "inputs",
+    "leak_rate",
+    "gamma",
+    "duration",
+    "dt",
+)
+"""Options of ``simulate`` that go to `paper.simulation` if they are given."""
+
+
+def _simulate(arguments: argparse.Namespace) -> int:
+    for file in (arguments.plot, arguments.save):
+        if file is not None and not file.parent.is_dir():
+            raise FileNotFoundError(2, "no such directory", str(file.parent))
+    chosen = {name: getattr(arguments, name) for name in OVERRIDES}
+    chosen = {name: value for name, value in chosen.items() if value is not None}
+    try:
+        scene = paper.simulation(arguments.simulation, arguments.preset, **chosen)
+        run = scene.run(
+            method=arguments.method,
+            control_period=arguments.control_period,
+            progress=sys.stderr.isatty() and scene.duration > PATIENCE,
+        )
+    except (ValueError, TypeError) as error:
+        raise Refused(error) from error
+    print(_report(run, arguments))
+    if arguments.plot is not None:
+        _files.picture(arguments.plot, run.plot())
+        print(f"picture     {arguments.plot}")
+    if arguments.save is not None:
+        _files.replace(arguments.save, run.save)
+        print(f"record      {arguments.save}")
+    return {"finished": 0, "diverged": FAILED, "interrupted": STOPPED}[run.status.kind]
+
+
+PATIENCE = 200.0
+"""Runs longer than this show a progress bar on a terminal [s]."""
+
+METRICS = {
+    "rms_e": "RMS error [rad]",
+    "max_abs_e": "max |error| [rad]",
+    "rms_tau": "RMS torque [N·m]",
+    "max_abs_tau": "max |torque| [N·m]",
+    "torque_variation": "torque variation [N·m/s]",
+}
+"""Names and units of the metrics."""
+
+
+def _report(run: Run, arguments: argparse.Namespace) -> str:
+    """What happened, in lines."""
+    lines = [f"scene       {_scene(arguments)}", f"status      {run.status}"]
+    if run.status.kind == "diverged":
+        lines += [f"            {_why(arguments)}"]
+    end = float(run.t[-1])
+    late, whole = run.metrics((end / 2, end)), run.metrics()
+    joints = "".join(f"{f'joint {joint + 1}':>13}" for joint in range(run.joints))
+    lines += ["", f"{'':46}{joints}"]
+    for name, label in METRICS.items():
+        second_half = name in ("rms_e", "rms_tau", "torque_variation")
+        values = getattr(late if second_half else whole, name)
+        when = f"{end / 2:.4g} to {end:.4g} s" if second_half else "whole run"
+        figures = "".join(f"{value:13.6g}" for value in values)
+        lines.append(f"{label:31}{when:>15}{figures}")
+    return "\n".join([*lines, "", *_learnt(run, end), *_certified(run, arguments)])
+
+
+def _scene(arguments: argparse.Namespace) -> str:
+    """The scene, with what was changed in it."""
+    words = [f"simulation {arguments.simulation}"]
+    if arguments.simulation == 3:
+        words.append(f"preset {arguments.preset}")
+    for name in (*OVERRIDES, "control_period"):
+        value = getattr(arguments, name)
+        if name == "normalized" and value is not None:
+            words.append("normalized" if value else "raw")
+        elif value is not None:
+            words.append(f"{name.replace('_', ' ')} {value}")
+    return ", ".join(words)
+
+
+def _why(arguments: argparse.Namespace) -> str:
+    if arguments.control_period is not None:
+        return "shorten --control-period or lower --gain: it learns too fast for its sampling"
+    return "lower --gain or shorten --dt"
+
+
+def _learnt(run: Run, end: float) -> list[str]:
+    """How much of what the model leaves out the compensator makes up for, in the second half."""
+    if run.weights is None or not run.status.finished:
+        return []
+    late = run.t >= end / 2
+    left = ((run.rho - run.rho_hat)[late] ** 2).sum(axis=0)
+    share = 1 - (left / (run.rho[late] ** 2).sum(axis=0)) ** 0.5
+    figures = ", ".join(f"joint {n + 1} {100 * value:.1f} %" for n, value in enumerate(share))
+    return [f"learnt      of what the model leaves out: {figures} (RMS of ρ)"]
+
+
+def _certified(run: Run, arguments: argparse.Namespace) -> list[str]:
+    """The dissipation identity in words."""
+    certificate = run.certificate
+    if certificate is None:
+        why = "sampled control" if arguments.control_period is not None else "no compensator"
+        return [f"certificate none: {why}"]
+    gamma = 1.0 if arguments.gamma is None else float(arguments.gamma)
+    bound = certificate.v_start + gamma**2 * certificate.uncertainty
+    sign = "<=" if certificate.state_cost <= bound else ">, which must not be:"
+    cost = f"∫x'Qx dt = {certificate.state_cost:.4g}"
+    return [
+        f"certificate Lyapunov identity kept to {certificate.residual:.1e} (relative)",
+        f"            {cost} {sign} V(0) + γ²∫|ρ|² dt = {bound:.4g}",
+    ]
