@@ -5,6 +5,7 @@ mod convert;
 mod dispatch;
 mod fuzzy;
 mod riccati;
+mod saving;
 mod signals;
 mod simulate;
 mod tracker;
