@@ -102,6 +102,20 @@ pub enum Error {
 /// Result with this crate's [`Error`].
 pub type Result<T, E = Error> = core::result::Result<T, E>;
 
+/// A number, in powers of ten where its digits would fill a line.
+struct Number(f64);
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let size = self.0.abs();
+        if size == 0.0 || !size.is_finite() || (1e-5..1e16).contains(&size) {
+            write!(f, "{}", self.0)
+        } else {
+            write!(f, "{:e}", self.0)
+        }
+    }
+}
+
 struct Place(&'static str, Option<usize>);
 
 impl fmt::Display for Place {
@@ -117,10 +131,10 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::NotFinite { parameter, index, got } => {
-                write!(f, "{}: got {got}, wants a finite number", Place(parameter, index))
+                write!(f, "{}: got {}, wants a finite number", Place(parameter, index), Number(got))
             }
             Self::OutOfRange { parameter, index, got, wanted } => {
-                write!(f, "{}: got {got}, wants {wanted}", Place(parameter, index))
+                write!(f, "{}: got {}, wants {wanted}", Place(parameter, index), Number(got))
             }
             Self::WrongLength { parameter, got, wanted } => {
                 write!(f, "{parameter}: got {got} entries, wants {wanted}")

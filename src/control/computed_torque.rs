@@ -128,8 +128,7 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
         C: Compensator<N, S>,
     {
         check_sample(q, dq, desired)?;
-        let period = |dt: f64| (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
-        within("dt", &[dt], period, "a period between 1e-9 and 1 s")?;
+        check_period("dt", dt)?;
         let sample = Sample::new(*q, *dq, *desired);
         let mut command = self.law(&mut state.compensator, &Stage::NOW, &sample);
         let wished = command.tau;
@@ -165,6 +164,12 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
         let tau = self.limits.clamp(&wished);
         Command { tau, model, compensation, v, rho_hat, limited: tau != wished }
     }
+}
+
+/// Refuses periods that no sampled controller has.
+pub(crate) fn check_period(parameter: &'static str, period: f64) -> Result<()> {
+    let possible = |dt: f64| (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
+    within(parameter, &[period], possible, "a period between 1e-9 and 1 s")
 }
 
 fn check_sample<const N: usize>(

@@ -12,28 +12,39 @@ const FROZEN: u64 = 1;
 const PRIOR: u64 = 2;
 const TORQUE: u64 = 4;
 
+impl<const N: usize> State<N, ()> {
+    /// The state of a controller without a compensator as bytes.
+    pub fn save(&self) -> Vec<u8> {
+        sealed(header(self, 0, 0, 0))
+    }
+
+    /// Restores what [`save`](Self::save) wrote, bit for bit.
+    ///
+    /// # Errors
+    /// As [`FuzzyCompensator::restore`].
+    pub fn restore(bytes: &[u8]) -> Result<Self> {
+        let mut reader = Reader::open(bytes)?;
+        let header = reader.header::<N>(0)?;
+        if !reader.rest.is_empty() {
+            return Err(OTHER);
+        }
+        let Header { steps, last_tau, .. } = header;
+        Ok(Self { compensator: (), last_tau, steps })
+    }
+}
+
 impl<const N: usize> FuzzyCompensator<N> {
     /// The controller's state as bytes.
     pub fn save(&self, state: &State<N, FuzzyState<N, Vec<f64>>>) -> Vec<u8> {
         let fuzzy = &state.compensator;
-        let flags = if fuzzy.frozen { FROZEN } else { 0 }
-            | if fuzzy.prior { PRIOR } else { 0 }
-            | if state.last_tau.is_some() { TORQUE } else { 0 };
-        let mut bytes = MAGIC.to_vec();
-        let counts =
-            [N as u64, self.basis().block_rules() as u64, flags, state.steps, fuzzy.advances];
-        counts.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
-        let mut floats = state.last_tau.unwrap_or_else(Vector::zeros).as_slice().to_vec();
-        floats.resize(N + self.weights_len(), 0.0);
-        self.read_matrix(fuzzy, 0, &mut floats[N..]);
-        if fuzzy.prior {
-            let start = floats.len();
-            floats.resize(start + self.weights_len(), 0.0);
-            self.read_matrix(fuzzy, 1, &mut floats[start..]);
+        let flags = if fuzzy.frozen { FROZEN } else { 0 } | if fuzzy.prior { PRIOR } else { 0 };
+        let mut bytes = header(state, self.basis().block_rules(), flags, fuzzy.advances);
+        for matrix in 0..if fuzzy.prior { 2 } else { 1 } {
+            let mut weights = vec![0.0; self.weights_len()];
+            self.read_matrix(fuzzy, matrix, &mut weights);
+            weights.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         }
-        floats.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-        bytes.extend(checksum(&bytes).to_le_bytes());
-        bytes
+        sealed(bytes)
     }
 
     /// Restores what [`save`](Self::save) wrote, bit for bit.
@@ -47,31 +58,59 @@ impl<const N: usize> FuzzyCompensator<N> {
         bytes: &[u8],
     ) -> Result<()> {
         let mut reader = Reader::open(bytes)?;
-        wanted("joints", reader.count()? as usize, N)?;
-        wanted("rules", reader.count()? as usize, self.basis().block_rules())?;
-        let (flags, steps, advances) = (reader.count()?, reader.count()?, reader.count()?);
-        let tau = reader.floats(N)?;
+        let header = reader.header::<N>(self.basis().block_rules())?;
         let weights = reader.floats(self.weights_len())?;
-        let prior =
-            if flags & PRIOR != 0 { reader.floats(self.weights_len())? } else { Vec::new() };
-        if !reader.rest.is_empty() || (flags & PRIOR != 0 && self.matrices() == 1) {
-            return Err(Error::Damaged {
-                problem: "it belongs to a controller with other modifications",
-            });
+        let has_prior = header.flags & PRIOR != 0;
+        let prior = if has_prior { reader.floats(self.weights_len())? } else { Vec::new() };
+        if !reader.rest.is_empty() || (has_prior && self.matrices() == 1) {
+            return Err(OTHER);
         }
         self.check_weights(&weights)?;
+        if has_prior {
+            self.check_weights(&prior)?;
+        }
         let fuzzy = &mut state.compensator;
         self.write(fuzzy, &weights, 0);
-        if flags & PRIOR != 0 {
-            self.check_weights(&prior)?;
+        if has_prior {
             self.write_matrix(fuzzy, &prior, 1);
         }
-        fuzzy.frozen = flags & FROZEN != 0;
-        fuzzy.advances = advances;
-        state.steps = steps;
-        state.last_tau = (flags & TORQUE != 0).then(|| Vector::from_column_slice(&tau));
+        fuzzy.frozen = header.flags & FROZEN != 0;
+        fuzzy.advances = header.advances;
+        state.steps = header.steps;
+        state.last_tau = header.last_tau;
         Ok(())
     }
+}
+
+const OTHER: Error =
+    Error::Damaged { problem: "it belongs to a controller with other modifications" };
+
+/// Everything before the weights.
+struct Header<const N: usize> {
+    flags: u64,
+    steps: u64,
+    advances: u64,
+    last_tau: Option<Vector<N>>,
+}
+
+fn header<const N: usize, S>(
+    state: &State<N, S>,
+    rules: usize,
+    flags: u64,
+    advances: u64,
+) -> Vec<u8> {
+    let flags = flags | if state.last_tau.is_some() { TORQUE } else { 0 };
+    let mut bytes = MAGIC.to_vec();
+    let counts = [N as u64, rules as u64, flags, state.steps, advances];
+    counts.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
+    let tau = state.last_tau.unwrap_or_else(Vector::zeros);
+    tau.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
+    bytes
+}
+
+fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+    bytes.extend(checksum(&bytes).to_le_bytes());
+    bytes
 }
 
 fn wanted(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
@@ -106,6 +145,17 @@ impl<'a> Reader<'a> {
             });
         }
         Ok(Self { rest })
+    }
+
+    fn header<const N: usize>(&mut self, rules: usize) -> Result<Header<N>> {
+        wanted("joints", self.count()? as usize, N)?;
+        wanted("rules", self.count()? as usize, rules)?;
+        let (flags, steps, advances) = (self.count()?, self.count()?, self.count()?);
+        let tau: Vector<N> = Vector::from_column_slice(&self.floats(N)?);
+        if !tau.iter().all(|x| x.is_finite()) {
+            return Err(Error::Damaged { problem: "its last torque is not finite" });
+        }
+        Ok(Header { flags, steps, advances, last_tau: (flags & TORQUE != 0).then_some(tau) })
     }
 
     fn word(&mut self) -> Result<[u8; 8]> {

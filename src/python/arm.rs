@@ -2,18 +2,26 @@
 
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, joints, owned2, scalar, vector};
+use super::convert::{Array1, Array2, array1, finite_vector, joints, owned2, renamed, scalar_or};
 use super::dispatch::{JOINTS, rows};
 use super::value_error;
 use crate::arm::{Arm, Friction, TwoLink, TwoLinkParameters};
 
-/// The paper's two-link arm.
+/// A planar arm of two links, in closed form (section 4 of the paper).
+///
+/// mass [kg], length [m], inertia about the centres of mass [kg·m²]: scalar or (2,), > 0. gravity [m/s²]: 0 for an
+/// arm that lies flat. viscous [N·m·s/rad], coulomb [N·m], smoothing [rad/s]: friction of the joints.
 #[pyclass(name = "TwoLink", module = "steadyarm", frozen)]
 pub(super) struct PyTwoLink {
     pub arm: TwoLink,
 }
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// The argument that a parameter of the core comes from.
+fn argument(parameter: &'static str) -> &'static str {
+    parameter.strip_prefix("friction.").unwrap_or(parameter)
+}
 
 #[pymethods]
 impl PyTwoLink {
@@ -42,17 +50,21 @@ impl PyTwoLink {
             mass: joints(mass, "mass")?,
             length: joints(length, "length")?,
             inertia: joints(inertia, "inertia")?,
-            gravity: gravity.map_or(Ok(0.0), |g| scalar(g, "gravity"))?,
+            gravity: scalar_or(gravity, 0.0, "gravity")?,
             friction,
         };
-        Ok(Self { arm: TwoLink::new(parameters).map_err(value_error)? })
+        let arm =
+            TwoLink::new(parameters).map_err(|error| value_error(renamed(error, argument)))?;
+        Ok(Self { arm })
     }
 
+    /// Number of joints, 2.
     #[getter]
     fn joints(&self) -> usize {
         JOINTS
     }
 
+    /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.
     #[getter]
     fn parameters(&self) -> (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>) {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
@@ -72,36 +84,46 @@ impl PyTwoLink {
         format!("TwoLink(mass={mass:?}, length={length:?}, inertia={inertia:?}, gravity={gravity})")
     }
 
+    /// M(q) [kg·m²], (2, 2), symmetric positive definite.
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        owned2(py, rows(&self.arm.mass_matrix(&vector(q, "q")?)), JOINTS)
+        owned2(py, rows(&self.arm.mass_matrix(&finite_vector(q, "q")?)), JOINTS)
     }
 
+    /// C(q, dq) [N·m·s], (2, 2), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
     fn coriolis<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
     ) -> PyResult<Array2<'py>> {
-        owned2(py, rows(&self.arm.coriolis(&vector(q, "q")?, &vector(dq, "dq")?)), JOINTS)
+        owned2(
+            py,
+            rows(&self.arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?)),
+            JOINTS,
+        )
     }
 
+    /// G(q) [N·m], (2,).
     fn gravity<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.gravity(&vector(q, "q")?).as_slice()))
+        Ok(array1(py, self.arm.gravity(&finite_vector(q, "q")?).as_slice()))
     }
 
+    /// f(dq) = viscous dq + coulomb tanh(dq / smoothing) [N·m], (2,).
     fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.friction(&vector(dq, "dq")?).as_slice()))
+        Ok(array1(py, self.arm.friction(&finite_vector(dq, "dq")?).as_slice()))
     }
 
+    /// H(q, dq) = C dq + G + f [N·m], (2,); eq. 6.
     fn bias<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.bias(&vector(q, "q")?, &vector(dq, "dq")?).as_slice()))
+        Ok(array1(py, self.arm.bias(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?).as_slice()))
     }
 
+    /// tau = M(q) ddq + H(q, dq) [N·m], (2,).
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -109,10 +131,12 @@ impl PyTwoLink {
         dq: Any<'_, 'py>,
         ddq: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        let (q, dq, ddq) = (vector(q, "q")?, vector(dq, "dq")?, vector(ddq, "ddq")?);
+        let (q, dq, ddq) =
+            (finite_vector(q, "q")?, finite_vector(dq, "dq")?, finite_vector(ddq, "ddq")?);
         Ok(array1(py, self.arm.inverse_dynamics(&q, &dq, &ddq).as_slice()))
     }
 
+    /// ddq = M(q)^-1 (tau - H(q, dq)) [rad/s²], (2,).
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
@@ -120,15 +144,18 @@ impl PyTwoLink {
         dq: Any<'_, 'py>,
         tau: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        let (q, dq, tau) = (vector(q, "q")?, vector(dq, "dq")?, vector(tau, "tau")?);
+        let (q, dq, tau) =
+            (finite_vector(q, "q")?, finite_vector(dq, "dq")?, finite_vector(tau, "tau")?);
         Ok(array1(py, self.arm.forward_dynamics(&q, &dq, &tau).as_slice()))
     }
 
+    /// dq' M(q) dq / 2 [J].
     fn kinetic_energy(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<f64> {
-        Ok(self.arm.kinetic_energy(&vector(q, "q")?, &vector(dq, "dq")?))
+        Ok(self.arm.kinetic_energy(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
     }
 
+    /// U(q) [J]; its gradient is G(q).
     fn potential_energy(&self, q: Any<'_, '_>) -> PyResult<f64> {
-        Ok(self.arm.potential_energy(&vector(q, "q")?))
+        Ok(self.arm.potential_energy(&finite_vector(q, "q")?))
     }
 }

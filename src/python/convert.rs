@@ -4,8 +4,11 @@
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use pyo3::types::PyFloat;
 
 use super::dispatch::{JOINTS, JointVector};
+use super::value_error;
+use crate::error::{Error, finite};
 
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
@@ -22,11 +25,14 @@ pub(super) struct Numbers {
 /// Anything numpy takes for an array of real numbers.
 pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     let numpy = value.py().import("numpy")?;
-    let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
-        PyTypeError::new_err(format!("{name}: got {}, wants numbers ({error})", type_name(value)))
-    })?;
+    let array = numpy
+        .call_method1("asarray", (value,))
+        .map_err(|error| wrong_type(name, value, &format!("real numbers ({error})")))?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     if !matches!(kind.as_str(), "b" | "i" | "u" | "f") {
+        if array.getattr("ndim")?.extract::<usize>()? == 0 && !value.is(&array) {
+            return Err(wrong_type(name, value, "real numbers"));
+        }
         let dtype = array.getattr("dtype")?.str()?;
         let message = format!("{name}: got an array of dtype {dtype}, wants real numbers");
         return Err(PyTypeError::new_err(message));
@@ -66,8 +72,19 @@ pub(super) fn joints(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; JOI
     }
 }
 
+/// One value a joint, each of them finite.
+pub(super) fn finite_vector(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<JointVector> {
+    let vector = vector(value, name)?;
+    finite(name, vector.as_slice()).map_err(value_error)?;
+    Ok(vector)
+}
+
 /// A single finite or infinite number.
+#[inline]
 pub(super) fn scalar(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
+    if let Ok(value) = value.cast_exact::<PyFloat>() {
+        return Ok(value.value());
+    }
     let Numbers { shape, values } = numbers(value, name)?;
     match values.as_slice() {
         [x] if shape.is_empty() => Ok(*x),
@@ -75,16 +92,74 @@ pub(super) fn scalar(value: &Bound<'_, PyAny>, name: &str) -> PyResult<f64> {
     }
 }
 
-/// A matrix of any size: rows, columns, values row-major.
-pub(super) fn matrix(value: &Bound<'_, PyAny>, name: &str) -> PyResult<(usize, usize, Vec<f64>)> {
-    let Numbers { shape, values } = numbers(value, name)?;
-    match shape[..] {
-        [rows, columns] => Ok((rows, columns, values)),
-        _ => Err(wrong_shape(name, &shape, "two dimensions")),
+/// A single number, or what to take without one.
+pub(super) fn scalar_or(
+    value: Option<&Bound<'_, PyAny>>,
+    default: f64,
+    name: &str,
+) -> PyResult<f64> {
+    value.map_or(Ok(default), |value| scalar(value, name))
+}
+
+/// A single finite number.
+pub(super) fn finite_scalar(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<f64> {
+    let number = scalar(value, name)?;
+    finite(name, &[number]).map_err(value_error)?;
+    Ok(number)
+}
+
+/// A whole number ≥ 1.
+pub(super) fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
+    let wanted = "a whole number >= 1";
+    match value.extract::<usize>() {
+        Ok(count) if count > 0 => Ok(count),
+        Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => {
+            Err(wrong_type(name, value, wanted))
+        }
+        _ => Err(PyValueError::new_err(format!("{name}: got {}, wants {wanted}", value.str()?))),
     }
 }
 
-/// A matrix of this size, row-major.
+/// One of a few words.
+pub(super) fn word<const W: usize>(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    words: [&'static str; W],
+) -> PyResult<&'static str> {
+    let wanted = words.map(|word| format!("{word:?}")).join(" or ");
+    let text: String = value.extract().map_err(|_| wrong_type(name, value, &wanted))?;
+    words
+        .into_iter()
+        .find(|word| *word == text)
+        .ok_or_else(|| PyValueError::new_err(format!("{name}: got {text:?}, wants {wanted}")))
+}
+
+/// True or false.
+pub(super) fn flag(value: &Bound<'_, PyAny>, name: &str) -> PyResult<bool> {
+    value.extract().map_err(|_| wrong_type(name, value, "True or False"))
+}
+
+/// A matrix of any size, finite: rows, columns, values row-major.
+pub(super) fn matrix(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    wanted: &str,
+) -> PyResult<(usize, usize, Vec<f64>)> {
+    let Numbers { shape, values } = numbers(value, name)?;
+    let [rows, columns] = shape[..] else { return Err(wrong_shape(name, &shape, wanted)) };
+    finite_entries(name, columns, &values)?;
+    Ok((rows, columns, values))
+}
+
+/// Refuses NaN and infinities by their row and column.
+fn finite_entries(name: &str, columns: usize, values: &[f64]) -> PyResult<()> {
+    let Some(i) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
+    let (row, column, got) = (i / columns, i % columns, values[i]);
+    let message = format!("{name}[{row}, {column}]: got {got}, wants a finite number");
+    Err(PyValueError::new_err(message))
+}
+
+/// A finite matrix of this size, row-major.
 pub(super) fn matrix_of(
     value: &Bound<'_, PyAny>,
     name: &str,
@@ -93,9 +168,40 @@ pub(super) fn matrix_of(
 ) -> PyResult<Vec<f64>> {
     let Numbers { shape, values } = numbers(value, name)?;
     if shape == [rows, columns] {
+        finite_entries(name, columns, &values)?;
         Ok(values)
     } else {
         Err(wrong_shape(name, &shape, &format!("({rows}, {columns})")))
+    }
+}
+
+/// "name: got …, wants …" for a value of the wrong type.
+pub(super) fn wrong_type(name: &str, value: &Bound<'_, PyAny>, wanted: &str) -> PyErr {
+    PyTypeError::new_err(format!("{name}: got {}, wants {wanted}", type_name(value)))
+}
+
+/// The core's error, its parameter under another name.
+pub(super) fn renamed(error: Error, name: impl Fn(&'static str) -> &'static str) -> Error {
+    match error {
+        Error::NotFinite { parameter, index, got } => {
+            Error::NotFinite { parameter: name(parameter), index, got }
+        }
+        Error::OutOfRange { parameter, index, got, wanted } => {
+            Error::OutOfRange { parameter: name(parameter), index, got, wanted }
+        }
+        Error::NotSymmetric { parameter, row, column, difference } => {
+            Error::NotSymmetric { parameter: name(parameter), row, column, difference }
+        }
+        Error::NotPositive { parameter, smallest, wanted } => {
+            Error::NotPositive { parameter: name(parameter), smallest, wanted }
+        }
+        Error::NotHurwitz { parameter, max_real } => {
+            Error::NotHurwitz { parameter: name(parameter), max_real }
+        }
+        Error::NotStabilizable { parameter } => {
+            Error::NotStabilizable { parameter: name(parameter) }
+        }
+        other => other,
     }
 }
 

@@ -1,15 +1,17 @@
 //! `FuzzyBasis`, `FuzzyApproximator`, `FuzzyCompensator`.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Array1, Array2, joints, matrix, numbers, owned1, owned2, scalar, type_name, wrong_shape,
+    Array1, Array2, flag, joints, matrix, numbers, owned1, owned2, scalar, scalar_or, word,
+    wrong_shape, wrong_type,
 };
 use super::dispatch::JOINTS;
 use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters, Inputs, Signal};
+use crate::error::{non_negative, within};
 use crate::fuzzy::{Axis, Form, FuzzyApproximator, FuzzyBasis};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -25,7 +27,19 @@ const SIGNALS: [(&str, Signal); 7] = [
     ("ddq_d", Signal::DdqDesired),
 ];
 
-/// Sets, rules and inputs of a fuzzy system; the number of inputs follows from the arm (or from the samples).
+/// Names of the forms.
+const FORMS: [&str; 4] = ["grid", "shared", "concat", "per_joint"];
+
+/// Most entries of an evaluated basis (2 GiB).
+const MAX_ENTRIES: usize = 1 << 28;
+
+/// Gaussian fuzzy sets, how they combine to rules, and the signals they see (eqs. 1-4).
+///
+/// form: "grid" (a rule for every combination of one set per input), "shared" (rule j uses set j on every input),
+/// "concat" (a rule for every set of every input) or "per_joint" (a grid for each joint). centers: a list for all
+/// inputs, or a list of lists, one an input; width: σ, a scalar, one a set, or one an input. normalized: fuzzy basis
+/// functions (4) or raw firing strengths. inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d),
+/// "trajectory" (q_d, dq_d, ddq_d), a list of these signals, or a dict signal -> scale.
 #[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyBasis {
@@ -72,18 +86,19 @@ impl PyFuzzyBasis {
 #[pymethods]
 impl PyFuzzyBasis {
     #[new]
-    #[pyo3(signature = (form, centers, width, normalized=true, inputs=None))]
+    #[pyo3(
+        signature = (form, centers, width, normalized=None, inputs=None),
+        text_signature = "(form, centers, width, normalized=True, inputs='error')"
+    )]
     fn new(
-        form: &str,
+        form: Any<'_, '_>,
         centers: Any<'_, '_>,
         width: Any<'_, '_>,
-        normalized: bool,
+        normalized: Option<Any<'_, '_>>,
         inputs: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        if !["grid", "shared", "concat", "per_joint"].contains(&form) {
-            let wanted = "\"grid\", \"shared\", \"concat\" or \"per_joint\"";
-            return Err(PyValueError::new_err(format!("form: got {form:?}, wants {wanted}")));
-        }
+        let form = word(form, "form", FORMS)?;
+        let normalized = normalized.map_or(Ok(true), |value| flag(value, "normalized"))?;
         let (centers, shared_axis) = ragged(centers, "centers")?;
         let widths = widths(width, &centers, shared_axis)?;
         let inputs = inputs.map_or(Ok(Inputs::error()), signals)?;
@@ -94,16 +109,19 @@ impl PyFuzzyBasis {
         Ok(basis)
     }
 
+    /// How the sets combine to rules.
     #[getter]
     fn form(&self) -> &str {
         &self.form
     }
 
+    /// Whether ξ is normalised (4).
     #[getter]
     fn normalized(&self) -> bool {
         self.normalized
     }
 
+    /// The signals with their scales, in order.
     #[getter]
     fn inputs(&self) -> Vec<(&'static str, f64)> {
         let name = |signal| SIGNALS.iter().find(|(_, s)| *s == signal).map_or("", |(name, _)| name);
@@ -116,11 +134,21 @@ impl PyFuzzyBasis {
         Ok(self.for_arm()?.0.rules())
     }
 
+    /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a signal.
     fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        let (_, columns, values) = matrix(x, "x")?;
+        let (rows, columns, values) = matrix(x, "x", "(samples, inputs)")?;
+        if columns == 0 {
+            return Err(wrong_shape("x", &[rows, 0], "(samples, inputs) with at least one input"));
+        }
         let basis = self.build(columns, JOINTS)?;
+        let entries = rows.checked_mul(basis.rules()).filter(|&entries| entries <= MAX_ENTRIES);
+        let Some(entries) = entries else {
+            let most = MAX_ENTRIES / basis.rules();
+            let message = format!("x: got {rows} samples, wants at most {most} for so many rules");
+            return Err(PyValueError::new_err(message));
+        };
         let mut work = vec![0.0; basis.work_len()];
-        let mut xi = vec![0.0; values.len() / columns * basis.rules()];
+        let mut xi = vec![0.0; entries];
         for (x, xi) in values.chunks_exact(columns).zip(xi.chunks_exact_mut(basis.rules())) {
             basis.evaluate(x, &mut work, xi).map_err(value_error)?;
         }
@@ -202,24 +230,33 @@ fn signals(value: Any<'_, '_>) -> PyResult<Inputs> {
             _ => Inputs::new(&[(signal(&name)?, 1.0)]).map_err(value_error),
         };
     }
-    let mut chosen = Vec::new();
+    let wanted = "a name, a list of names or a dict name -> scale";
+    let mut chosen: Vec<(Signal, f64)> = Vec::new();
     if let Ok(scales) = value.cast::<PyDict>() {
         for (name, scale) in scales {
-            chosen.push((
-                signal(&name.extract::<String>()?)?,
-                super::convert::scalar(&scale, "scale")?,
-            ));
+            let name: String = name.extract().map_err(|_| wrong_type("inputs", &name, "names"))?;
+            let place = format!("inputs[{name:?}]");
+            let scale = scalar(&scale, &place)?;
+            if !scale.is_finite() || scale == 0.0 {
+                let message = format!("{place}: got {scale}, wants a finite scale other than 0");
+                return Err(PyValueError::new_err(message));
+            }
+            chosen.push((signal(&name)?, scale));
         }
     } else {
-        let names = value.extract::<Vec<String>>().map_err(|_| {
-            let got = type_name(value);
-            PyTypeError::new_err(format!(
-                "inputs: got {got}, wants a name, a list of names or a dict name -> scale"
-            ))
-        })?;
+        let names: Vec<String> =
+            value.extract().map_err(|_| wrong_type("inputs", value, wanted))?;
         for name in names {
-            chosen.push((signal(&name)?, 1.0));
+            let signal = signal(&name)?;
+            if chosen.iter().any(|(other, _)| *other == signal) {
+                let message = format!("inputs: got {name:?} twice, wants every signal once");
+                return Err(PyValueError::new_err(message));
+            }
+            chosen.push((signal, 1.0));
         }
+    }
+    if chosen.is_empty() {
+        return Err(PyValueError::new_err("inputs: got no signal, wants at least one"));
     }
     Inputs::new(&chosen).map_err(value_error)
 }
@@ -235,7 +272,7 @@ fn signal(name: &str) -> PyResult<Signal> {
     })
 }
 
-/// y(x) = W ξ(x), fitted.
+/// A fuzzy system as a function approximator, y(x) = W ξ(x), fitted to samples (eqs. 3, 5).
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
     approximator: FuzzyApproximator,
@@ -243,38 +280,47 @@ pub(super) struct PyFuzzyApproximator {
 
 #[pymethods]
 impl PyFuzzyApproximator {
+    /// Fit W to samples x (T, inputs) and y (T, outputs): least squares with `ridge` T |W|² added.
     #[staticmethod]
-    #[pyo3(signature = (basis, x, y, ridge=1e-10))]
+    #[pyo3(signature = (basis, x, y, ridge=None), text_signature = "(basis, x, y, ridge=1e-10)")]
     fn fit(
-        basis: &Bound<'_, PyFuzzyBasis>,
+        basis: Any<'_, '_>,
         x: Any<'_, '_>,
         y: Any<'_, '_>,
-        ridge: f64,
+        ridge: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let (samples, inputs, x) = matrix(x, "x")?;
-        let (rows, outputs, y) = matrix(y, "y")?;
-        if rows != samples {
+        let basis = basis_of(basis)?;
+        let (samples, inputs, x) = matrix(x, "x", "(samples, inputs)")?;
+        if samples == 0 || inputs == 0 {
+            let wanted = "(samples, inputs) with at least one of each";
+            return Err(wrong_shape("x", &[samples, inputs], wanted));
+        }
+        let (rows, outputs, y) = matrix(y, "y", &format!("({samples}, outputs)"))?;
+        if rows != samples || outputs == 0 {
             return Err(wrong_shape("y", &[rows, outputs], &format!("({samples}, outputs)")));
         }
-        let basis = basis.get().build(inputs, JOINTS)?;
+        let ridge = scalar_or(ridge, 1e-10, "ridge")?;
+        let basis = basis.build(inputs, JOINTS)?;
         let approximator =
             FuzzyApproximator::fit(basis, &x, &y, outputs, ridge).map_err(value_error)?;
         Ok(Self { approximator })
     }
 
+    /// W, (outputs, rules).
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         owned2(py, self.approximator.weights().to_vec(), self.rules())
     }
 
+    /// Number of rules.
     #[getter]
     fn rules(&self) -> usize {
         self.approximator.basis().rules()
     }
 
     fn __call__<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        let (rows, columns, x) = matrix(x, "x")?;
         let inputs = self.approximator.basis().inputs();
+        let (rows, columns, x) = matrix(x, "x", &format!("(samples, {inputs})"))?;
         if columns != inputs {
             return Err(wrong_shape("x", &[rows, columns], &format!("(samples, {inputs})")));
         }
@@ -286,7 +332,11 @@ impl PyFuzzyApproximator {
     }
 }
 
-/// Gain, Q, γ and robust modifications of a fuzzy compensator.
+/// The fuzzy compensator ρ̂ = W ξ with the adaptive law (18): gain, Q and γ of (19), robust modifications.
+///
+/// gain = Γ⁻¹: scalar or (2,), > 0. q: diagonal of Q, a scalar, (4,) for [e₁, e₂, de₁, de₂], or a diagonal (4, 4).
+/// gamma: the γ of (19). leak_rate [1/s], error_modification, projection_radius, dead_zone, normalization: off by
+/// default.
 #[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {
@@ -297,53 +347,66 @@ pub(super) struct PyFuzzyCompensator {
 #[pymethods]
 impl PyFuzzyCompensator {
     #[new]
-    #[pyo3(signature = (basis, q=None, gain=None, gamma=1.0, leak_rate=0.0, error_modification=0.0,
-        projection_radius=f64::INFINITY, dead_zone=0.0, normalization=0.0))]
+    #[pyo3(
+        signature = (basis, q=None, gain=None, gamma=None, leak_rate=None, error_modification=None,
+            projection_radius=None, dead_zone=None, normalization=None),
+        text_signature = "(basis, q=10.0, gain=1.0, gamma=1.0, leak_rate=0.0, error_modification=0.0, \
+            projection_radius=None, dead_zone=0.0, normalization=0.0)"
+    )]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
     fn new(
-        basis: &Bound<'_, PyFuzzyBasis>,
+        basis: Any<'_, '_>,
         q: Option<Any<'_, '_>>,
         gain: Option<Any<'_, '_>>,
-        gamma: f64,
-        leak_rate: f64,
-        error_modification: f64,
-        projection_radius: f64,
-        dead_zone: f64,
-        normalization: f64,
+        gamma: Option<Any<'_, '_>>,
+        leak_rate: Option<Any<'_, '_>>,
+        error_modification: Option<Any<'_, '_>>,
+        projection_radius: Option<Any<'_, '_>>,
+        dead_zone: Option<Any<'_, '_>>,
+        normalization: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let basis = basis.get().clone();
+        let basis = basis_of(basis)?;
         let (_, inputs) = basis.for_arm()?;
         let gain = gain.map_or(Ok([1.0; JOINTS]), |g| joints(g, "gain"))?;
         let adaptation = Adaptation {
             gain,
-            leak_rate,
-            error_modification,
-            projection_radius,
-            dead_zone,
-            normalization,
+            leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
+            error_modification: scalar_or(error_modification, 0.0, "error_modification")?,
+            projection_radius: scalar_or(projection_radius, f64::INFINITY, "projection_radius")?,
+            dead_zone: scalar_or(dead_zone, 0.0, "dead_zone")?,
+            normalization: scalar_or(normalization, 0.0, "normalization")?,
         };
         adaptation.validate().map_err(value_error)?;
         let (q_position, q_velocity) = q.map_or(Ok(([10.0; JOINTS], [10.0; JOINTS])), diagonal)?;
+        non_negative("q", &[q_position, q_velocity].concat()).map_err(value_error)?;
+        let gamma = scalar_or(gamma, 1.0, "gamma")?;
+        if gamma != f64::INFINITY {
+            within("gamma", &[gamma], |g| g > 0.0, "a number > 0, or infinity")
+                .map_err(value_error)?;
+        }
         let parameters = FuzzyParameters { inputs, q_position, q_velocity, gamma, adaptation };
         Ok(Self { basis, parameters })
     }
 
+    /// The basis ξ.
     #[getter]
     fn basis(&self, py: Python<'_>) -> PyResult<Py<PyFuzzyBasis>> {
         Py::new(py, self.basis.clone())
     }
 
+    /// gain = Γ⁻¹ of each joint, (2,).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
         owned1(py, self.parameters.adaptation.gain.to_vec())
     }
 
+    /// γ of (19).
     #[getter]
     fn gamma(&self) -> f64 {
         self.parameters.gamma
     }
 
-    /// Diagonal of Q, shape (2 n,).
+    /// Diagonal of Q, (4,): [e₁, e₂, de₁, de₂].
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
         owned1(py, [self.parameters.q_position, self.parameters.q_velocity].concat())
@@ -371,6 +434,11 @@ impl PyFuzzyCompensator {
         let (basis, gain) = (self.basis.__repr__(), self.parameters.adaptation.gain);
         format!("FuzzyCompensator({basis}, gain={gain:?}, gamma={})", self.parameters.gamma)
     }
+}
+
+fn basis_of(value: Any<'_, '_>) -> PyResult<PyFuzzyBasis> {
+    let basis = value.cast::<PyFuzzyBasis>();
+    Ok(basis.map_err(|_| wrong_type("basis", value, "a FuzzyBasis"))?.get().clone())
 }
 
 /// Q from a scalar, its diagonal (2 n,), or a diagonal matrix (2 n, 2 n).

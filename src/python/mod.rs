@@ -6,6 +6,7 @@ mod design;
 mod dispatch;
 mod fuzzy;
 mod riccati;
+mod saving;
 mod signals;
 mod simulate;
 mod tracker;

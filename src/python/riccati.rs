@@ -4,9 +4,9 @@ use nalgebra::SMatrix;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::convert::{Array2, matrix, matrix_of, owned2, wrong_shape};
+use super::convert::{Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
 use super::value_error;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::riccati;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -27,19 +27,33 @@ macro_rules! for_size {
     };
 }
 
+/// The core's error, with the matrices named as here.
+fn upper_case(error: Error) -> PyErr {
+    value_error(renamed(error, |parameter| match parameter {
+        "a" => "A",
+        "b" => "B",
+        "q" => "Q",
+        "r" => "R",
+        other => other,
+    }))
+}
+
 fn too_many(states: usize) -> PyErr {
     PyValueError::new_err(format!("A: got {states} states, wants 1 to {MAX_STATES}"))
 }
 
-/// A certified solution.
+/// P of a Riccati equation, certified: finite, symmetric, positive, of small residual, and stabilising.
 #[pyclass(name = "RiccatiSolution", module = "steadyarm", frozen)]
 pub(super) struct PySolution {
     states: usize,
     p: Vec<f64>,
+    /// Relative residual of the equation.
     #[pyo3(get)]
     residual: f64,
+    /// Smallest eigenvalue of P.
     #[pyo3(get)]
     min_eigenvalue: f64,
+    /// Largest real part of the closed-loop matrix [1/s], < 0.
     #[pyo3(get)]
     max_real: f64,
     /// A, B, Q and γ of a bounded-real equation, for what is computed when asked.
@@ -55,23 +69,27 @@ struct Problem {
 
 #[pymethods]
 impl PySolution {
+    /// P, (S, S).
     #[getter]
     #[pyo3(name = "P")]
     fn p<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
         owned2(py, self.p.clone(), self.states)
     }
 
+    /// γ that was asked for; None for `care`.
     #[getter]
     fn gamma(&self) -> Option<f64> {
         self.problem.as_ref().map(|(_, gamma)| *gamma)
     }
 
+    /// The smallest γ with a solution (γ must be larger), found when asked for; None for `care`.
     #[getter]
     fn gamma_opt(&self) -> PyResult<Option<f64>> {
         let Some((problem, _)) = &self.problem else { return Ok(None) };
         for_size!(problem.states, smallest_gamma(problem)).map(Some)
     }
 
+    /// Q may be multiplied by less than this, at this γ; None for `care`.
     #[getter]
     fn max_scale(&self) -> PyResult<Option<f64>> {
         let ratio = |(gamma, gamma_opt): (f64, f64)| (gamma / gamma_opt) * (gamma / gamma_opt);
@@ -87,16 +105,21 @@ impl PySolution {
     }
 }
 
-/// A'P + PA + γ⁻² P B B' P + Q = 0.
+/// Solve A'P + PA + γ⁻² P B B' P + Q = 0 (eq. 19) for the stabilising P.
+///
+/// A (S, S) Hurwitz, S up to 16; B (S, m); Q (S, S) symmetric positive semidefinite; gamma > 0. Raises
+/// NoStabilizingSolution where there is none, ValueError for anything else that does not fit.
 #[pyfunction]
-#[pyo3(signature = (a, b, q, gamma=1.0))]
+#[pyo3(signature = (A, B, Q, gamma=None), text_signature = "(A, B, Q, gamma=1.0)")]
+#[expect(non_snake_case, reason = "the names of the equation")]
 pub(super) fn bounded_real_riccati(
-    a: Any<'_, '_>,
-    b: Any<'_, '_>,
-    q: Any<'_, '_>,
-    gamma: f64,
+    A: Any<'_, '_>,
+    B: Any<'_, '_>,
+    Q: Any<'_, '_>,
+    gamma: Option<Any<'_, '_>>,
 ) -> PyResult<PySolution> {
-    let (problem, _) = problem(a, b, q)?;
+    let (problem, _) = problem(A, B, Q)?;
+    let gamma = scalar_or(gamma, 1.0, "gamma")?;
     let (p, [residual, min_eigenvalue, max_real]) =
         for_size!(problem.states, solve_bounded_real(&problem, gamma))?;
     let states = problem.states;
@@ -110,17 +133,20 @@ pub(super) fn bounded_real_riccati(
     })
 }
 
-/// A'P + PA − P B R⁻¹ B' P + Q = 0.
+/// Solve A'P + PA - P B R⁻¹ B' P + Q = 0 for the stabilising P.
+///
+/// A (S, S), S up to 16; B (S, m) with (A, B) stabilisable; Q (S, S) symmetric positive semidefinite; R (m, m)
+/// symmetric positive definite. Raises ValueError for anything that does not fit.
 #[pyfunction]
-#[pyo3(signature = (a, b, q, r))]
+#[expect(non_snake_case, reason = "the names of the equation")]
 pub(super) fn care(
-    a: Any<'_, '_>,
-    b: Any<'_, '_>,
-    q: Any<'_, '_>,
-    r: Any<'_, '_>,
+    A: Any<'_, '_>,
+    B: Any<'_, '_>,
+    Q: Any<'_, '_>,
+    R: Any<'_, '_>,
 ) -> PyResult<PySolution> {
-    let (problem, inputs) = problem(a, b, q)?;
-    let r = matrix_of(r, "R", inputs, inputs)?;
+    let (problem, inputs) = problem(A, B, Q)?;
+    let r = matrix_of(R, "R", inputs, inputs)?;
     let (p, [residual, min_eigenvalue, max_real]) =
         for_size!(problem.states, solve_care(&problem, &r, inputs))?;
     let states = problem.states;
@@ -129,16 +155,16 @@ pub(super) fn care(
 
 /// The matrices, with B padded by zero columns to a square one.
 fn problem(a: Any<'_, '_>, b: Any<'_, '_>, q: Any<'_, '_>) -> PyResult<(Problem, usize)> {
-    let (states, columns, a) = matrix(a, "A")?;
+    let (states, columns, a) = matrix(a, "A", "a square matrix")?;
     if states != columns {
         return Err(wrong_shape("A", &[states, columns], "a square matrix"));
     }
     if states == 0 || states > MAX_STATES {
         return Err(too_many(states));
     }
-    let (rows, inputs, b) = matrix(b, "B")?;
-    if rows != states || inputs > states {
-        let wanted = format!("({states}, m) with m from 1 to {states}");
+    let wanted = format!("({states}, m) with m from 1 to {states}");
+    let (rows, inputs, b) = matrix(b, "B", &wanted)?;
+    if rows != states || inputs == 0 || inputs > states {
         return Err(wrong_shape("B", &[rows, inputs], &wanted));
     }
     let mut padded = vec![0.0; states * states];
@@ -152,7 +178,7 @@ type Certified = (Vec<f64>, [f64; 3]);
 
 fn certified<const S: usize>(solution: Result<riccati::Solution<S>>) -> PyResult<Certified> {
     let riccati::Solution { p, residual, min_eigenvalue, max_real, .. } =
-        solution.map_err(value_error)?;
+        solution.map_err(upper_case)?;
     Ok((p.as_slice().to_vec(), [residual, min_eigenvalue, max_real]))
 }
 
@@ -178,5 +204,5 @@ fn solve_care<const S: usize>(problem: &Problem, r: &[f64], inputs: usize) -> Py
 
 fn smallest_gamma<const S: usize>(problem: &Problem) -> PyResult<f64> {
     let Problem { a, b, q, .. } = problem;
-    riccati::gamma_opt::<S, S>(&square(a), &square(b), &square(q)).map_err(value_error)
+    riccati::gamma_opt::<S, S>(&square(a), &square(b), &square(q)).map_err(upper_case)
 }

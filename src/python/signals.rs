@@ -6,7 +6,8 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::convert::{
-    Array1, array1, joints, matrix_of, numbers, scalar, type_name, vector, wrong_shape,
+    Array1, array1, finite_scalar, joints, matrix_of, numbers, renamed, scalar, type_name, vector,
+    wrong_shape,
 };
 use super::dispatch::{JOINTS, JointVector};
 use super::value_error;
@@ -16,7 +17,10 @@ use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
 
-/// A sum of sines; shapes (K,) and (K, n).
+/// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a disturbance [N·m].
+///
+/// frequency [rad/s]: (K,), with sin and cos (K, 2); or a scalar, with sin and cos scalar or (2,). offset: scalar or
+/// (2,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Sines", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PySines {
@@ -51,12 +55,13 @@ impl PySines {
         let harmonics = (0..count)
             .map(|k| Harmonic { frequency: frequencies.values[k], sin: sin[k], cos: cos[k] })
             .collect();
-        let sines = Sines::new(offset, harmonics).map_err(value_error)?;
+        let argument = |name: &'static str| name.strip_prefix("harmonics.").unwrap_or(name);
+        let sines = Sines::new(offset, harmonics).map_err(|e| value_error(renamed(e, argument)))?;
         Ok(Self { sines, arguments: (frequencies.values, sin, cos, offset) })
     }
 
-    fn __call__<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py> {
-        triple(py, &self.sines.at(t))
+    fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
+        Ok(triple(py, &self.sines.at(finite_scalar(t, "t")?)))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
@@ -70,7 +75,9 @@ impl PySines {
     }
 }
 
-/// From point to point.
+/// From start to goal [rad] along the quintic of least jerk, in `duration` [s] from `start_time` [s] on.
+///
+/// start, goal: scalar or (2,). It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Quintic", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyQuintic {
@@ -95,8 +102,8 @@ impl PyQuintic {
         Ok(Self { quintic, arguments: (start, goal, duration, start_time) })
     }
 
-    fn __call__<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py> {
-        triple(py, &self.quintic.at(t))
+    fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
+        Ok(triple(py, &self.quintic.at(finite_scalar(t, "t")?)))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
@@ -112,7 +119,10 @@ impl PyQuintic {
     }
 }
 
-/// Samples of a motion; shapes (T,) and (T, n).
+/// A sampled motion, interpolated with continuous acceleration.
+///
+/// t (T,) [s], increasing; q (T, 2) [rad]; dq [rad/s] and ddq [rad/s²] (T, 2), both or neither: they then come from
+/// q. It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Table", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyTable {
@@ -149,8 +159,8 @@ impl PyTable {
         Ok(Self { table: table.map_err(value_error)? })
     }
 
-    fn __call__<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py> {
-        triple(py, &self.table.at(t))
+    fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
+        Ok(triple(py, &self.table.at(finite_scalar(t, "t")?)))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
@@ -192,7 +202,11 @@ impl Callback {
         self.raised.lock().ok()?.take()
     }
 
+    /// Calls the function, unless it raised before: the integrator's remaining stages ask once more.
     fn call<T>(&self, failed: T, body: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>) -> T {
+        if self.raised.lock().is_ok_and(|raised| raised.is_some()) {
+            return failed;
+        }
         Python::attach(|py| match body(self.function.bind(py)) {
             Ok(value) => value,
             Err(error) => {

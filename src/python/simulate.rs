@@ -1,21 +1,24 @@
 //! `Plant` and the simulation call.
 
 use core::ops::ControlFlow;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arm::PyTwoLink;
 use super::convert::{
-    Array1, array1, joints, matrix_of, numbers, owned1, owned2, type_name, vector,
+    Array1, array1, count, finite_scalar, finite_vector, joints, matrix_of, numbers, owned1,
+    owned2, scalar, type_name, word, wrong_shape,
 };
 use super::dispatch::JOINTS;
 use super::signals::{AnyDisturbance, AnyReference, Callback};
-use super::tracker::PyComputedTorque;
+use super::tracker::{PyComputedTorque, weights_of};
 use super::value_error;
 use crate::arm::TwoLink;
+use crate::error::{Error, finite, positive};
 use crate::plant::Plant;
 use crate::sim::{self, Method, Motion, Options, Run, Status, Tolerance, Window};
 
@@ -24,7 +27,10 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Signals are looked for this often.
 const CHECK_EVERY: Duration = Duration::from_millis(20);
 
-/// The true arm with its disturbance.
+/// What is really there: M q̈ + H + τ_d = τ (eq. 6), τ limited by the actuators.
+///
+/// arm: TwoLink. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable (q, dq, t) -> (2,).
+/// effort_limit [N·m]: scalar or (2,); none by default.
 #[pyclass(name = "Plant", module = "steadyarm", frozen)]
 pub(super) struct PyPlant {
     plant: Plant<JOINTS, TwoLink, AnyDisturbance>,
@@ -41,7 +47,7 @@ impl PyPlant {
         disturbance: Option<Any<'_, '_>>,
         effort_limit: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let arguments = (arm, disturbance, effort_limit).into_pyobject(py)?.into_any().unbind();
+        let given = (arm, disturbance);
         let arm = arm.cast::<PyTwoLink>().map_err(|_| {
             PyTypeError::new_err(format!("arm: got {}, wants a TwoLink", type_name(arm)))
         })?;
@@ -50,38 +56,49 @@ impl PyPlant {
         if let Some(limit) = effort_limit {
             plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
         }
+        let arguments = (given.0, given.1, *plant.effort_limit());
+        let arguments = arguments.into_pyobject(py)?.into_any().unbind();
         Ok(Self { plant, arguments })
     }
 
+    /// The arm that is really there.
     #[getter]
     fn arm(&self, py: Python<'_>) -> PyResult<Py<PyTwoLink>> {
         Py::new(py, PyTwoLink { arm: self.plant.arm })
     }
 
+    /// τ_d as it was given.
     #[getter]
     fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.arguments.bind(py).get_item(1)
     }
 
+    /// Largest torque of each actuator [N·m], (2,); inf without a limit.
     #[getter]
     fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
         array1(py, self.plant.effort_limit())
     }
 
+    /// Move on by dt [s] from time t [s] under the held torque tau [N·m] (one step of RK4): (q, dq) at t + dt.
     fn step<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
         tau: Any<'_, 'py>,
-        t: f64,
-        dt: f64,
+        t: Any<'_, 'py>,
+        dt: Any<'_, 'py>,
     ) -> PyResult<(Array1<'py>, Array1<'py>)> {
-        let motion = Motion { q: vector(q, "q")?, dq: vector(dq, "dq")? };
-        let next = sim::hold_torque(&self.plant, &motion, &vector(tau, "tau")?, t, dt);
+        let motion = Motion { q: finite_vector(q, "q")?, dq: finite_vector(dq, "dq")? };
+        let (tau, t) = (finite_vector(tau, "tau")?, finite_scalar(t, "t")?);
+        let dt = scalar(dt, "dt")?;
+        positive("dt", &[dt]).map_err(value_error)?;
+        let next = sim::hold_torque(&self.plant, &motion, &tau, t, dt);
         if let Some(error) = self.plant.disturbance.callback().and_then(Callback::raised) {
             return Err(error);
         }
+        let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
+        finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
         Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
     }
 
@@ -135,25 +152,26 @@ pub(super) fn simulate<'py>(
     plant: Any<'_, 'py>,
     tracker: Any<'_, 'py>,
     reference: Any<'_, 'py>,
-    duration: f64,
-    dt: f64,
-    method: &str,
-    control_period: Option<f64>,
+    duration: Any<'_, 'py>,
+    dt: Any<'_, 'py>,
+    method: Any<'_, 'py>,
+    control_period: Option<Any<'_, 'py>>,
     q0: Option<Any<'_, 'py>>,
     dq0: Option<Any<'_, 'py>>,
-    rtol: f64,
-    atol: f64,
-    record_every: usize,
+    rtol: Any<'_, 'py>,
+    atol: Any<'_, 'py>,
+    record_every: Any<'_, 'py>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
-    let method = match method {
+    let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
+    let method = match word(method, "method", ["rk4", "dp54"])? {
         "rk4" => Method::Rk4,
-        "dp54" => Method::Dp54(Tolerance { rtol, atol }),
-        _ => {
-            let message = format!("method: got {method:?}, wants \"rk4\" or \"dp54\"");
-            return Err(PyValueError::new_err(message));
-        }
+        _ => Method::Dp54(tolerance),
     };
+    let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
+    let control_period =
+        control_period.map(|period| scalar(period, "control_period")).transpose()?;
+    let record_every = count(record_every, "record_every")?;
     let start =
         |value: Option<Any<'_, '_>>, name| value.map_or(Ok([0.0; JOINTS]), |v| joints(v, name));
     let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
@@ -165,13 +183,16 @@ pub(super) fn simulate<'py>(
     let tracker = tracker.cast::<PyComputedTorque>().map_err(|_| {
         PyTypeError::new_err(format!("tracker: got {}, wants a ComputedTorque", type_name(tracker)))
     })?;
-    let tracker = tracker.borrow();
     let reference = AnyReference::new(reference)?;
-    let mut state = tracker.state.clone();
-    let controller = &tracker.controller;
+    let (controller, mut state) = {
+        let tracker = tracker.try_borrow().map_err(|_| {
+            PyRuntimeError::new_err("tracker: it is in the middle of a step, wants one that is not")
+        })?;
+        (Arc::clone(&tracker.controller), tracker.state.clone())
+    };
     let mut monitor = Monitor { checked: Instant::now(), progress, raised: None };
     let run = py.detach(|| {
-        sim::simulate(plant, controller, &mut state, &reference, &options, |t| monitor.look(t))
+        sim::simulate(plant, &*controller, &mut state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
     let callbacks = [reference.callback(), plant.disturbance.callback()];
@@ -184,7 +205,7 @@ pub(super) fn simulate<'py>(
         }
         other => other,
     };
-    let weights = tracker.weights_of(py, &state.compensator)?;
+    let weights = weights_of(py, &controller.compensator, &state.compensator)?;
     let record = record(py, run)?;
     record.set_item("weights", weights)?;
     Ok((record, raised))
@@ -248,18 +269,28 @@ pub(super) fn metrics<'py>(
     t: Any<'_, 'py>,
     e: Any<'_, 'py>,
     tau: Any<'_, 'py>,
-    window: (f64, f64),
-    band: f64,
+    window: Any<'_, 'py>,
+    band: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let numbers_of_window = numbers(window, "window")?;
+    let [from, to] = numbers_of_window.values[..] else {
+        return Err(wrong_shape("window", &numbers_of_window.shape, "(from, to)"));
+    };
+    let band = scalar(band, "band")?;
+    positive("band", &[band]).map_err(value_error)?;
     let t = numbers(t, "t")?.values;
     let rows = |value, name| matrix_of(value, name, t.len(), JOINTS);
     let (e, tau) = (rows(e, "e")?, rows(tau, "tau")?);
+    let recorded = t.first().zip(t.last()).filter(|&(first, last)| from <= *last && to >= *first);
+    if recorded.is_none() || from > to || from.is_nan() || to.is_nan() {
+        return Err(no_sample(from, to, &t));
+    }
     let (e, tau) = (e.as_chunks::<JOINTS>().0, tau.as_chunks::<JOINTS>().0);
-    let window = Window { from: window.0, to: window.1, band };
+    let window = Window { from, to, band };
     let joints = (0..JOINTS)
         .map(|n| sim::metrics(n, &t, e, tau, window))
-        .collect::<Result<Vec<_>, _>>()
-        .map_err(value_error)?;
+        .collect::<Result<Vec<_>, Error>>()
+        .map_err(|_| no_sample(from, to, &t))?;
     let dict = PyDict::new(py);
     let set = |name, value: fn(&sim::Metrics) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();
@@ -273,4 +304,14 @@ pub(super) fn metrics<'py>(
     set("max_abs_tau", |m| m.max_abs_tau)?;
     set("torque_variation", |m| m.torque_variation)?;
     Ok(dict)
+}
+
+fn no_sample(from: f64, to: f64, t: &[f64]) -> PyErr {
+    let recorded = match (t.first(), t.last()) {
+        (Some(first), Some(last)) => format!("the record runs from {first} to {last} s"),
+        _ => "the record is empty".into(),
+    };
+    let message =
+        format!("window: got ({from}, {to}), wants at least one sample in it; {recorded}");
+    PyValueError::new_err(message)
 }

@@ -1,6 +1,7 @@
 //! How a run is made: length, step, method, sampling.
 
 use super::integrators::Tolerance;
+use crate::control::check_period;
 use crate::error::{Error, Result, finite, positive, within};
 
 /// A run has at most this many steps; its arrays would not fit memory.
@@ -79,7 +80,7 @@ impl<const N: usize> Options<N> {
         let hold = match self.control_period {
             None => 1,
             Some(period) => {
-                positive("control_period", &[period])?;
+                check_period("control_period", period)?;
                 self.multiples("control_period", "control_period / dt", period)?
             }
         };

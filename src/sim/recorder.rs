@@ -5,6 +5,7 @@ use super::closed_loop::Evaluation;
 use super::options::Options;
 use super::run::{Cause, Run, Status};
 use crate::control::Sample;
+use crate::error::{Error, Result};
 use crate::math::Vector;
 
 /// A position or velocity beyond this counts as diverged [rad, rad/s].
@@ -23,10 +24,18 @@ pub(super) struct Recorder<const N: usize> {
 
 impl<const N: usize> Recorder<N> {
     /// An empty record of rows 0 … `steps`.
-    pub fn new(steps: usize, options: &Options<N>) -> Self {
+    ///
+    /// # Errors
+    /// `record_every`: the record does not fit memory.
+    pub fn new(steps: usize, options: &Options<N>) -> Result<Self> {
         let every = options.record_every;
-        let run = Run::with_capacity(steps / every + 2);
-        Self { run, certificate: None, steps, every, dt: options.dt }
+        let run = Run::with_capacity(steps / every + 2).map_err(|_| Error::OutOfRange {
+            parameter: "record_every",
+            index: None,
+            got: every as f64,
+            wanted: "a larger number: the record does not fit memory",
+        })?;
+        Ok(Self { run, certificate: None, steps, every, dt: options.dt })
     }
 
     /// Time of row k [s].

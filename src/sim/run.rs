@@ -1,6 +1,7 @@
 //! The record of a run, time first.
 
 use core::fmt;
+use std::collections::TryReserveError;
 
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
@@ -108,27 +109,31 @@ pub struct Run<const N: usize> {
 
 impl<const N: usize> Run<N> {
     /// An empty record with room for `rows` rows.
-    pub(super) fn with_capacity(rows: usize) -> Self {
-        let room = || Vec::with_capacity(rows);
-        Self {
-            t: Vec::with_capacity(rows),
-            q: room(),
-            dq: room(),
-            q_d: room(),
-            dq_d: room(),
-            ddq_d: room(),
-            e: room(),
-            de: room(),
-            tau: room(),
-            tau_model: room(),
-            tau_compensation: room(),
-            rho: room(),
-            rho_hat: room(),
-            weights_norm: Vec::with_capacity(rows),
-            v: Vec::with_capacity(rows),
+    pub(super) fn with_capacity(rows: usize) -> Result<Self, TryReserveError> {
+        fn room<T>(rows: usize) -> Result<Vec<T>, TryReserveError> {
+            let mut column = Vec::new();
+            column.try_reserve_exact(rows)?;
+            Ok(column)
+        }
+        Ok(Self {
+            t: room(rows)?,
+            q: room(rows)?,
+            dq: room(rows)?,
+            q_d: room(rows)?,
+            dq_d: room(rows)?,
+            ddq_d: room(rows)?,
+            e: room(rows)?,
+            de: room(rows)?,
+            tau: room(rows)?,
+            tau_model: room(rows)?,
+            tau_compensation: room(rows)?,
+            rho: room(rows)?,
+            rho_hat: room(rows)?,
+            weights_norm: room(rows)?,
+            v: room(rows)?,
             status: Status::Finished,
             certificate: None,
-        }
+        })
     }
 
     /// Adds a row.

@@ -11,7 +11,7 @@ use super::run::Run;
 use super::sampled::Sampled;
 use crate::arm::Arm;
 use crate::control::{Compensator, ComputedTorque, State};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
@@ -22,7 +22,8 @@ use crate::reference::Reference;
 /// is returned.
 ///
 /// # Errors
-/// The name of an option that makes no sense; see [`Options`].
+/// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the controller acts in
+/// continuous time, where no step bounds the change. `record_every`: the record would not fit memory.
 pub fn simulate<const N: usize, A, D, B, C, R, S>(
     plant: &Plant<N, A, D>,
     controller: &ComputedTorque<N, B, C>,
@@ -40,7 +41,10 @@ where
 {
     let (steps, hold) = options.steps()?;
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
-    let record = Recorder::new(steps, options);
+    if options.control_period.is_none() {
+        check_unlimited_rate(&controller.limits.effort_rate_limit)?;
+    }
+    let record = Recorder::new(steps, options)?;
     let system = ClosedLoop::new(plant, controller, reference);
     Ok(match (options.control_period, options.method) {
         (None, Method::Rk4) => rk4(system, &mut state.compensator, start, record, monitor),
@@ -51,5 +55,15 @@ where
             let sampled = Sampled { plant, controller, reference, hold, method: options.method };
             sampled.run(state, start, record, monitor)
         }
+    })
+}
+
+fn check_unlimited_rate(limit: &[f64]) -> Result<()> {
+    let Some(index) = limit.iter().position(|limit| limit.is_finite()) else { return Ok(()) };
+    Err(Error::OutOfRange {
+        parameter: "effort_rate_limit",
+        index: Some(index),
+        got: limit[index],
+        wanted: "no rate limit in continuous time; set control_period",
     })
 }
