@@ -1,7 +1,7 @@
 //! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so that a caller may
 //! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
@@ -38,7 +38,8 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
         return Err(PyTypeError::new_err(message));
     }
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
-    let flat = numpy.call_method1("ascontiguousarray", (array, "float64"))?;
+    // A copy of our own: contiguous, aligned, in native byte order.
+    let flat = numpy.call_method1("array", (array, "float64"))?;
     let flat = flat.call_method1("reshape", (-1,))?;
     let flat: PyReadonlyArray1<'_, f64> = flat.extract()?;
     Ok(Numbers { shape, values: flat.as_slice()?.to_vec() })
@@ -48,12 +49,12 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
 #[inline]
 pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<JointVector> {
     if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && let Ok(array) = array.try_readonly()
-        && let Ok(&values) =
-            array.as_slice().map_err(|_| ()).and_then(|s| s.try_into().map_err(|_| ()))
+        && array.len() == JOINTS
+        && array.data().is_aligned()
+        && array.strides()[0] % (align_of::<f64>() as isize) == 0
     {
-        let values: [f64; JOINTS] = values;
-        return Ok(values.into());
+        let entry = |n| array.get_owned([n]).unwrap_or(f64::NAN);
+        return Ok(JointVector::from_fn(|n, _| entry(n)));
     }
     let Numbers { shape, values } = numbers(value, name)?;
     match <[f64; JOINTS]>::try_from(values) {
