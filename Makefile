@@ -14,12 +14,12 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce test test-rust test-python lint no-std bench docs clean
+.PHONY: reproduce test test-rust test-python lint no-std bits bench docs clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
 
-test: lint test-rust no-std test-python
+test: lint test-rust no-std bits test-python
 
 lint: $(VENV)/tools
 	$(CARGO) fmt --check
@@ -36,6 +36,9 @@ test-rust:
 
 no-std:
 	sh tests/no_std/link.sh
+
+bits:
+	sh tests/bits/run.sh
 
 test-python: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python -m mypy

@@ -1,0 +1,5 @@
+//! See `run.sh`.
+
+#[cfg(test)]
+#[path = "../determinism.rs"]
+mod determinism;
