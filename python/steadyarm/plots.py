@@ -173,7 +173,8 @@ def _position(axes: Axes, run: Run, joint: int) -> None:
 
 
 def _torque(axes: Axes, run: Run, joint: int, adaptive: bool) -> None:
-    _line(axes, run.t, run.tau[:, joint], INK, label="applied" if adaptive else "")
+    width, label = (2.4, "applied") if adaptive else (1.3, "")
+    _line(axes, run.t, run.tau[:, joint], INK, linewidth=width, label=label)
     if adaptive:
         _line(axes, run.t, run.tau_model[:, joint], SKY, label="from the model")
         _line(axes, run.t, run.tau_compensation[:, joint], GREEN, label="from the compensator")
