@@ -221,7 +221,8 @@ def _scene(arguments: argparse.Namespace) -> str:
         if name == "normalized" and value is not None:
             words.append("normalized" if value else "raw")
         elif value is not None:
-            words.append(f"{name.replace('_', ' ')} {value}")
+            shown = f"{value:g}" if isinstance(value, float) else str(value)
+            words.append(f"{name.replace('_', ' ')} {shown}")
     return ", ".join(words)
 
 

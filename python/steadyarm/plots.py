@@ -20,14 +20,14 @@ from numpy.typing import NDArray
 from .run import Run
 
 BLUE, ORANGE, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9"
-INK, GRAY, FAINT = "#222222", "#767676", "#E6E6E6"
+INK, GRAY, PALE, FAINT = "#222222", "#767676", "#B8B8B8", "#E6E6E6"
 """Colours that colour-blind readers can tell apart (Okabe and Ito)."""
 
 CYCLE = ((BLUE, "-"), (ORANGE, "-"), (INK, (0, (3, 3))), (GREEN, "-"), (PURPLE, "-"), (SKY, "-"))
 """Colour and line of the runs that are compared; one is dashed, to be seen on top of another."""
 
 DPI = 150
-"""Dots per inch of pictures in files and notebooks."""
+"""Dots per inch of pictures in files."""
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Picture(Figure):
     def _repr_png_(self) -> bytes:
         """The picture, for notebooks."""
         png = BytesIO()
-        self.savefig(png, format="png")
+        self.savefig(png, format="png", dpi=100)
         return png.getvalue()
 
     def show(self, warn: bool = True) -> None:
@@ -173,14 +173,15 @@ def _position(axes: Axes, run: Run, joint: int) -> None:
 
 
 def _torque(axes: Axes, run: Run, joint: int, adaptive: bool) -> None:
-    _line(axes, run.t, run.tau[:, joint], INK, label="applied" if adaptive else "")
+    width, label = (2.4, "applied") if adaptive else (1.3, "")
+    _line(axes, run.t, run.tau[:, joint], INK, linewidth=width, label=label)
     if adaptive:
         _line(axes, run.t, run.tau_model[:, joint], SKY, label="from the model")
         _line(axes, run.t, run.tau_compensation[:, joint], GREEN, label="from the compensator")
 
 
 def _model_error(axes: Axes, run: Run, joint: int) -> None:
-    _line(axes, run.t, run.rho[:, joint], GRAY, linewidth=1.8, label="ρ, left out by the model")
+    _line(axes, run.t, run.rho[:, joint], PALE, linewidth=2.6, label="ρ, left out by the model")
     dashed, label = (0, (3, 1.2)), "ρ̂, compensator's estimate"
     _line(axes, run.t, run.rho_hat[:, joint], GREEN, linestyle=dashed, label=label)
 
