@@ -19,14 +19,17 @@ PRESETS: dict[str, dict[str, Any]] = {
     "printed": {"form": "shared", "normalized": True, "gain": 1 / 7},
     "claimed": {"form": "grid", "normalized": False, "gain": 7.0},
 }
-"""How simulation 3 is read. "printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets
-combine to rules, five are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a
-reading that does what the paper claims."""
+"""How simulation 3 is read.
+
+"printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets combine to rules, five
+are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a reading that does
+what the paper claims.
+"""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A plant, a controller and a reference, with how long to run them [s] and at which step [s]."""
+    """A plant, a controller and a reference, with duration [s] and step [s] of the run."""
 
     plant: _core.Plant
     tracker: _core.ComputedTorque
@@ -67,14 +70,14 @@ def simulation(
 ) -> Scene:
     """Simulation 1, 2 or 3 of the paper, from rest in the origin, 40 s.
 
-    ``preset`` says how simulation 3 is read, see `PRESETS`. ``overrides`` change single settings: ``kp``,
-    ``kv`` of the controller; ``form``, ``normalized``, ``inputs``, ``centers``, ``width`` of the basis;
-    ``gain``, ``gamma``, ``q``, ``leak_rate``, … of the compensator; ``duration``, ``dt`` of the run.
-    Raises ValueError for a number, preset or override that does not exist.
+    ``preset`` says how simulation 3 is read, see `PRESETS`. ``overrides`` change single settings:
+    ``kp``, ``kv`` of the controller; ``form``, ``normalized``, ``inputs``, ``centers``, ``width``
+    of the basis; ``gain``, ``gamma``, ``q``, ``leak_rate``, … of the compensator; ``duration``,
+    ``dt`` of the run. Raises ValueError for a number, preset or override that does not exist.
     """
-    if number not in (1, 2, 3):
+    if isinstance(number, bool) or number not in (1, 2, 3):
         raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
-    if preset not in PRESETS:
+    if preset not in tuple(PRESETS):
         raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
     feedback = {name: overrides.pop(name, value) for name, value in {"kp": 8.0, "kv": 5.5}.items()}
     length = {name: overrides.pop(name) for name in ("duration", "dt") if name in overrides}
@@ -88,7 +91,7 @@ def simulation(
 
 def _compensator(preset: dict[str, Any], overrides: dict[str, Any]) -> _core.FuzzyCompensator:
     """Take the settings of basis and compensator out of ``overrides``."""
-    basis = {"centers": CENTERS, "width": WIDTH, "inputs": "error"}
+    basis: dict[str, Any] = {"centers": CENTERS, "width": WIDTH, "inputs": "error"}
     basis |= {name: preset[name] for name in ("form", "normalized")}
     law: dict[str, Any] = {"q": 10.0, "gamma": 1.0, "gain": preset["gain"]}
     law |= dict.fromkeys(("leak_rate", "error_modification", "dead_zone", "normalization"), 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -45,8 +46,8 @@ class Certificate:
     """The Lyapunov certificate: the dissipation identity, integrated beside the motion.
 
     For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
-    ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for RK4
-    at 1 ms; of order 1 if a sign were wrong. ``state_cost`` = ∫ x'Qx dt is then bounded by
+    ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
+    RK4 at 1 ms; of order 1 if a sign were wrong. ``state_cost`` = ∫ x'Qx dt is then bounded by
     ``v_start + gamma² uncertainty``, where ``uncertainty`` = ∫ |ρ|² dt.
     """
 
@@ -141,17 +142,14 @@ class Run:
         """Number of joints n."""
         return int(self.q.shape[1])
 
-    def metrics(
-        self, window: tuple[float, float] | None = None, band: float = 0.01
-    ) -> Metrics:
+    def metrics(self, window: tuple[float, float] | None = None, band: float = 0.01) -> Metrics:
         """RMS, maximum, ITAE, settling time, effort and torque variation over a window.
 
         ``window`` is (from, to) [s], the whole run by default; ``band`` [rad] is what counts as
         settled. Raises ValueError if the window holds no sample.
         """
-        first, last = window if window is not None else (0.0, float("inf"))
-        figures = _core.metrics(self.t, self.e, self.tau, (float(first), float(last)), float(band))
-        return Metrics(**figures)
+        window = (0.0, float("inf")) if window is None else window
+        return Metrics(**_core.metrics(self.t, self.e, self.tau, window, band))
 
     def plot(self) -> Figure:
         """Draw position, error, torque and (with a compensator) ρ against ρ̂; return the figure."""
@@ -160,8 +158,11 @@ class Run:
         return plots.overview(self)
 
     def save(self, path: str | Path) -> None:
-        """Write the run to ``path`` (.npz); `load` reads it back."""
-        arrays = {
+        """Write the run to ``path`` (.npz); `load` reads it back.
+
+        The file is replaced as a whole: if writing fails, what was there stays.
+        """
+        arrays: dict[str, Any] = {
             name: value
             for name in self.__dataclass_fields__
             if isinstance(value := getattr(self, name), np.ndarray)
@@ -171,30 +172,52 @@ class Run:
             "status": asdict(self.status),
             "certificate": None if self.certificate is None else asdict(self.certificate),
         }
-        with Path(path).open("wb") as file:
-            np.savez_compressed(file, meta=np.array(json.dumps(meta)), **arrays)
+        path = Path(path)
+        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
+        try:
+            with temporary.open("wb") as file:
+                np.savez_compressed(file, meta=np.array(json.dumps(meta)), **arrays)
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
-        """Read a run that `save` wrote. Raises ValueError for any other file."""
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            meta = json.loads(str(arrays.pop("meta")))
-            if meta["format"] != FORMAT:
-                raise ValueError(f"format {meta['format']}, wants {FORMAT}")
-            certificate = meta["certificate"]
-            for name in ("weights", "weights_norm", "V"):
-                arrays.setdefault(name, None)
-            return cls(
-                **arrays,
-                status=Status(**meta["status"]),
-                certificate=None if certificate is None else Certificate(**certificate),
-            )
-        except FileNotFoundError:
-            raise
-        except Exception as error:
-            raise ValueError(f"path: got {path}, wants a file from Run.save ({error})") from error
+        """Read a run that `save` wrote. Raises ValueError for any other file, or a damaged one."""
+        with Path(path).open("rb") as file:
+            try:
+                with np.load(file, allow_pickle=False) as archive:
+                    arrays = {name: archive[name] for name in archive.files}
+                meta = json.loads(str(arrays.pop("meta")))
+                if meta["format"] != FORMAT:
+                    raise ValueError(f"format {meta['format']}, wants {FORMAT}")
+                certificate = meta["certificate"]
+                for name in ("weights", "weights_norm", "V"):
+                    arrays.setdefault(name, None)
+                run = cls(
+                    **arrays,
+                    status=Status(**meta["status"]),
+                    certificate=None if certificate is None else Certificate(**certificate),
+                )
+                run._check()
+            except Exception as error:
+                message = f"path: got {path}, wants a file from Run.save ({error})"
+                raise ValueError(message) from error
+        return run
+
+    def _check(self) -> None:
+        """Refuse arrays whose type or shape no simulation could have given."""
+        rows, joints = len(self.t), self.q.shape[-1]
+        for field in fields(self):
+            array = getattr(self, field.name)
+            if array is None or field.name in ("status", "certificate"):
+                continue
+            flat = field.name in ("t", "weights_norm", "V")
+            wanted = (rows,) if flat else (rows, joints)
+            if field.name == "weights":
+                wanted = (joints, array.shape[-1])
+            if array.dtype != np.float64 or array.shape != wanted:
+                raise ValueError(f"{field.name}: {array.dtype} {array.shape}, wants {wanted}")
 
     def __repr__(self) -> str:
         rows = len(self.t)

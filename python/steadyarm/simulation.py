@@ -11,7 +11,10 @@ from . import _core
 from .run import Run
 
 Reference = (
-    _core.Sines | _core.Quintic | _core.Table | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
+    _core.Sines
+    | _core.Quintic
+    | _core.Table
+    | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 )
 
 
@@ -33,8 +36,8 @@ def simulate(
 ) -> Run:
     """Simulate the closed loop of plant, tracker and reference, and record it.
 
-    The run starts from the tracker's present weights and leaves the tracker as it was; to go on from
-    what was learnt, set ``tracker.weights = run.weights``. Rust does the work with the GIL released.
+    The run starts from the tracker's present weights and leaves the tracker as it was; to go on
+    from what was learnt, set ``tracker.weights = run.weights``. Rust works with the GIL released.
     Ctrl-C ends the run within 0.1 s and returns what there is, with ``run.status`` "interrupted"; a
     run that blows up ends the same way, "diverged".
 
@@ -48,7 +51,8 @@ def simulate(
     method: "rk4" (fixed step) or "dp54" (error control to ``rtol`` and ``atol``; ``dt`` then only
         spaces the record).
     control_period: None for a controller in continuous time, the paper's setting; otherwise the
-        controller steps once every so many seconds (a whole number of ``dt``) and its torque is held.
+        controller steps once every so many seconds (a whole number of ``dt``, at most 1 s) and its
+        torque is held. A tracker with an ``effort_rate_limit`` needs one.
     q0, dq0: initial position [rad] and velocity [rad/s], zero by default.
     rtol, atol: tolerances of "dp54".
     record_every: record every so many steps only.
@@ -65,11 +69,10 @@ def simulate(
     Exception
         Whatever a callable raises, with a note of when; its attribute ``run`` holds the run so far.
     """
-    arguments = (plant, tracker, reference, float(duration), float(dt), method)
-    period = None if control_period is None else float(control_period)
-    options = (period, q0, dq0, float(rtol), float(atol), record_every)
+    arguments = (plant, tracker, reference, duration, dt, method)
+    options = (control_period, q0, dq0, rtol, atol, record_every)
     if progress:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
 
         bar_format = "{l_bar}{bar}| {n:.1f}/{total:.1f} s [{elapsed}<{remaining}]"
         with tqdm(total=float(duration), bar_format=bar_format) as bar:

@@ -1,0 +1,573 @@
+"""The compiled core. Everything here but `simulate` and `metrics` is exported by `steadyarm`.
+
+Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
+type, order and stride; they are copied, and what comes back is always a new float64 array. Where a
+scalar stands for a vector it counts for both joints. Errors name the argument, what it got and
+what it wants: ``TypeError`` for a wrong type, ``ValueError`` for a wrong shape or value (NaN and
+infinity included).
+"""
+
+from collections.abc import Callable
+from os import PathLike
+from typing import Any, Literal, TypedDict, final
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+__all__ = [
+    "ComputedTorque",
+    "FuzzyApproximator",
+    "FuzzyBasis",
+    "FuzzyCompensator",
+    "NoStabilizingSolution",
+    "Plant",
+    "Quintic",
+    "RiccatiSolution",
+    "Sines",
+    "Table",
+    "TwoLink",
+    "bounded_real_riccati",
+    "care",
+    "metrics",
+    "simulate",
+]
+
+_Array = NDArray[np.float64]
+_Triple = tuple[_Array, _Array, _Array]
+_Signal = Literal["e", "de", "q", "dq", "q_d", "dq_d", "ddq_d"]
+_Inputs = (
+    Literal["error", "state", "reference", "trajectory"]
+    | _Signal
+    | list[_Signal]
+    | tuple[_Signal, ...]
+    | dict[_Signal, float]
+)
+_ReferenceCallable = Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
+_DisturbanceCallable = Callable[[_Array, _Array, float], ArrayLike]
+
+class _CertificateRecord(TypedDict):
+    residual: float
+    v_start: float
+    v_end: float
+    supplied: float
+    state_cost: float
+    uncertainty: float
+
+class _MetricsRecord(TypedDict):
+    rms_e: _Array
+    max_abs_e: _Array
+    itae: _Array
+    settling_time: _Array
+    rms_tau: _Array
+    max_abs_tau: _Array
+    torque_variation: _Array
+
+class NoStabilizingSolution(ValueError):
+    """The Riccati equation (19) has no stabilising solution.
+
+    There is one exactly when ``gamma > gamma_opt``, or, at this gamma, for Q times less than
+    ``max_scale``.
+    """
+
+    gamma: float
+    """γ that was asked for."""
+    gamma_opt: float
+    """The smallest γ with a solution for this Q; γ must be larger."""
+    max_scale: float
+    """At this γ, Q times anything smaller than this has a solution."""
+
+@final
+class TwoLink:
+    """The paper's planar arm of two links, in closed form (section 4).
+
+    ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). q₁ from the horizontal axis, q₂
+    from the first link, centres of mass at mid-link.
+
+    Parameters
+    ----------
+    mass: m of each link [kg], > 0; scalar or (2,), as all that follow but ``gravity``.
+    length: l of each link [m], > 0.
+    inertia: I of each link about its centre of mass [kg·m²], > 0.
+    gravity: g [m/s²], downwards; 0 by default, an arm that lies flat as the paper's.
+    viscous: viscous friction of each joint [N·m·s/rad], >= 0; 0 by default.
+    coulomb: Coulomb friction [N·m], >= 0; 0 by default.
+    smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], > 0; 0.01 by default.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter; ``mass_matrix.det`` or ``gravity_torque`` if numbers that are valid
+        one by one over- or underflow together.
+    """
+
+    def __new__(
+        cls,
+        mass: ArrayLike,
+        length: ArrayLike,
+        inertia: ArrayLike,
+        gravity: float | None = None,
+        viscous: ArrayLike | None = None,
+        coulomb: ArrayLike | None = None,
+        smoothing: ArrayLike | None = None,
+    ) -> TwoLink: ...
+    @property
+    def joints(self) -> int:
+        """Number of joints, 2."""
+    @property
+    def parameters(
+        self,
+    ) -> tuple[list[float], list[float], list[float], float, list[float], list[float], list[float]]:
+        """What it was made from, in the order of the class's arguments."""
+    def mass_matrix(self, q: ArrayLike) -> _Array:
+        """M(q) [kg·m²], (2, 2), symmetric positive definite. ``q`` (2,) [rad]."""
+    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """C(q, dq) [N·m·s], (2, 2), by Christoffel symbols: dM/dt - 2C is skew-symmetric."""
+    def gravity(self, q: ArrayLike) -> _Array:
+        """G(q) [N·m], (2,)."""
+    def friction(self, dq: ArrayLike) -> _Array:
+        """f(dq) = viscous dq + coulomb tanh(dq / smoothing) [N·m], (2,)."""
+    def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """H(q, dq) = C dq + G + f [N·m], (2,); eq. (6)."""
+    def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> _Array:
+        """tau = M(q) ddq + H(q, dq) [N·m], (2,). ``dq`` [rad/s], ``ddq`` [rad/s²]."""
+    def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> _Array:
+        """ddq = M(q)⁻¹ (tau - H(q, dq)) [rad/s²], (2,). ``tau`` [N·m]."""
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """dq' M(q) dq / 2 [J]."""
+    def potential_energy(self, q: ArrayLike) -> float:
+        """U(q) [J]; its gradient is G(q)."""
+    def __reduce__(self) -> tuple[type[TwoLink], tuple[Any, ...]]: ...
+
+@final
+class FuzzyBasis:
+    """Gaussian fuzzy sets, how they combine to rules, and the signals they see: ξ(x) of (1)-(4).
+
+    The paper gives the sets but not the rules; all four readings are here. Inputs come joint after
+    joint within a signal: [e₁, e₂, de₁, de₂] for "error". Products are never 0/0, however far x is
+    from the centres.
+
+    Parameters
+    ----------
+    form: "grid": a rule for every combination of one set per input (5⁴ = 625 for the paper's
+        sets); "shared": rule j uses set j on every input (5); "concat": a rule for every set of
+        every input, normalised input by input (20); "per_joint": a grid for each joint over its
+        own inputs (25 each).
+    centers: centres of the sets, (sets,) for all inputs, or a list of such lists, one an input.
+    width: σ of exp(-((x - c)/σ)²/2), 1e-9 to 1e9: a scalar, one a set, or (with ``centers`` an
+        input) one an input or one list an input. The paper's exp(-(x - c)²) is σ = 1/√2.
+    normalized: fuzzy basis functions (4), or raw firing strengths.
+    inputs: "error" (e, de), the paper's; "state" (q, dq); "reference" (q_d, dq_d); "trajectory"
+        (q_d, dq_d, ddq_d); one signal, a list of signals, or a dict signal -> scale that
+        multiplies it.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter. At most 64 inputs, 512 sets, 1 048 576 rules: nothing is allocated
+        before that is known.
+    """
+
+    def __new__(
+        cls,
+        form: Literal["grid", "shared", "concat", "per_joint"],
+        centers: ArrayLike,
+        width: ArrayLike,
+        normalized: bool = True,
+        inputs: _Inputs = "error",
+    ) -> FuzzyBasis: ...
+    @property
+    def form(self) -> Literal["grid", "shared", "concat", "per_joint"]:
+        """How the sets combine to rules."""
+    @property
+    def normalized(self) -> bool:
+        """Whether ξ is normalised (4)."""
+    @property
+    def inputs(self) -> list[tuple[_Signal, float]]:
+        """The signals with their scales, in order."""
+    @property
+    def rules(self) -> int:
+        """Number of rules for the arm's inputs (per_joint: of all joints together)."""
+    def evaluate(self, x: ArrayLike) -> _Array:
+        """ξ at every row of ``x``: (T, inputs) -> (T, rules).
+
+        The number of inputs follows from ``x``; per_joint takes input k for joint k mod 2. Raises
+        ValueError for a wrong shape, NaN, infinity, or more than 2²⁸ entries.
+        """
+    def __reduce__(self) -> tuple[type[FuzzyBasis], tuple[Any, ...]]: ...
+
+@final
+class FuzzyApproximator:
+    """A fuzzy system as a function approximator, y(x) = W ξ(x) (3), (5), fitted by `fit`."""
+
+    @staticmethod
+    def fit(
+        basis: FuzzyBasis, x: ArrayLike, y: ArrayLike, ridge: float = 1e-10
+    ) -> FuzzyApproximator:
+        """Fit W to T samples: min Σ |W ξ(xₖ) - yₖ|² + ridge T |W|².
+
+        ``x`` (T, inputs), ``y`` (T, outputs), ``ridge`` >= 0; at most 4096 rules. Raises ValueError
+        naming the argument; ``ridge`` if it is too small for the samples to determine W.
+        """
+    @property
+    def weights(self) -> _Array:
+        """W, (outputs, rules)."""
+    @property
+    def rules(self) -> int:
+        """Number of rules."""
+    def __call__(self, x: ArrayLike) -> _Array:
+        """Y at every row of ``x``: (T, inputs) -> (T, outputs)."""
+
+@final
+class FuzzyCompensator:
+    """The fuzzy compensator ρ̂ = W ξ (12)-(13) with the adaptive law (18); P comes from (19).
+
+    ``dW/dt = gain BᵀP x ξᵀ`` with ``gain = Γ⁻¹``: the paper's Γ = diag(7, 7) is a gain of 1/7.
+
+    Parameters
+    ----------
+    basis: ξ and the signals it sees.
+    q: Q of (19): a scalar for all entries, its diagonal (4,) for [e₁, e₂, de₁, de₂], or a diagonal
+        matrix (4, 4); >= 0. The paper's is 10.
+    gain: Γ⁻¹, scalar or (2,), > 0.
+    gamma: attenuation level γ of (19), > 0 or infinity; the paper's is 1.
+    leak_rate: σ-modification as a rate [1/s]: the weights return to their prior like
+        exp(-leak_rate t).
+    error_modification: e-modification κ: a leak at the rate gain κ |BᵀPx|.
+    projection_radius: radius of the ball that |W - W₀| stays in, the paper's Ω_f; None or inf for
+        none.
+    dead_zone: d₀: the gain is scaled by max(0, 1 - d₀/|BᵀPx|).
+    normalization: ν: the gain is divided by 1 + ν |ξ|².
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter. Whether (19) has a solution shows when a `ComputedTorque` with its
+        gains is built: it raises `NoStabilizingSolution`.
+    """
+
+    def __new__(
+        cls,
+        basis: FuzzyBasis,
+        q: ArrayLike = 10.0,
+        gain: ArrayLike = 1.0,
+        gamma: float = 1.0,
+        leak_rate: float = 0.0,
+        error_modification: float = 0.0,
+        projection_radius: float | None = None,
+        dead_zone: float = 0.0,
+        normalization: float = 0.0,
+    ) -> FuzzyCompensator: ...
+    @property
+    def basis(self) -> FuzzyBasis:
+        """The basis ξ."""
+    @property
+    def q(self) -> _Array:
+        """Diagonal of Q, (4,): [e₁, e₂, de₁, de₂]."""
+    @property
+    def gain(self) -> _Array:
+        """Γ⁻¹ of each joint, (2,)."""
+    @property
+    def gamma(self) -> float:
+        """γ of (19)."""
+    def __reduce__(self) -> tuple[type[FuzzyCompensator], tuple[Any, ...]]: ...
+
+@final
+class ComputedTorque:
+    """Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
+
+    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. The object
+    remembers its weights, its last torque and the number of its steps; pickled or saved and
+    restored, its next torques are the same to the bit.
+
+    Parameters
+    ----------
+    arm: what the controller believes of the arm.
+    kp: K_p [1/s²], scalar or (2,), > 0.
+    kv: K_v [1/s], scalar or (2,), > 0.
+    compensator: produces ρ̂; None for plain computed torque.
+    effort_limit: largest torque of each joint [N·m], scalar or (2,), > 0; None or inf for none.
+    effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
+        simulations only.
+
+    Raises
+    ------
+    NoStabilizingSolution
+        If (19) has no solution for these gains and the compensator's Q and γ.
+    ValueError, TypeError
+        Naming the parameter.
+    """
+
+    def __new__(
+        cls,
+        arm: TwoLink,
+        kp: ArrayLike,
+        kv: ArrayLike,
+        compensator: FuzzyCompensator | None = None,
+        effort_limit: ArrayLike | None = None,
+        effort_rate_limit: ArrayLike | None = None,
+    ) -> ComputedTorque: ...
+    def step(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike,
+        q_d: ArrayLike,
+        dq_d: ArrayLike,
+        ddq_d: ArrayLike,
+        dt: float,
+    ) -> _Array:
+        """One sample: the torque [N·m], (2,), to hold for ``dt`` [s]; adapts the weights meanwhile.
+
+        ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (2,), at most 1e10.
+        ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits. Raises ValueError or
+        TypeError naming what does not fit; nothing has changed then, bit for bit.
+        """
+    def reset(self) -> None:
+        """Forget the weights, the last torque and the count of steps."""
+    @property
+    def tau_model(self) -> _Array | None:
+        """M₀v + H₀ of the latest step [N·m], (2,); None before it."""
+    @property
+    def tau_compensation(self) -> _Array | None:
+        """-M₀ρ̂ of the latest step [N·m], (2,); None before it."""
+    @property
+    def rho_hat(self) -> _Array | None:
+        """ρ̂ of the latest step [rad/s²], (2,); None before it."""
+    @property
+    def limited(self) -> bool:
+        """Whether a limit cut the latest torque; nothing was learnt then."""
+    @property
+    def steps(self) -> int:
+        """Number of samples accepted."""
+    @property
+    def arm(self) -> TwoLink:
+        """The nominal arm."""
+    @property
+    def kp(self) -> _Array:
+        """K_p [1/s²], (2,)."""
+    @property
+    def kv(self) -> _Array:
+        """K_v [1/s], (2,)."""
+    @property
+    def compensator(self) -> FuzzyCompensator | None:
+        """The compensator, or None."""
+    @property
+    def P(self) -> _Array | None:
+        """P of (19), (4, 4); None without a compensator."""
+    @property
+    def weights(self) -> _Array | None:
+        """W, (2, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
+
+        Assign to set it: adaptation goes on from there. Raises ValueError for a wrong shape or
+        entries that are not finite or beyond 1e150, TypeError without a compensator.
+        """
+    @weights.setter
+    def weights(self, weights: ArrayLike) -> None: ...
+    def warm_start(self, weights: ArrayLike) -> None:
+        """Set W, and make it the W₀ that leak, e-modification and projection pull to."""
+    def freeze(self) -> None:
+        """Stop adapting; the weights stay in use. Raises TypeError without a compensator."""
+    def unfreeze(self) -> None:
+        """Adapt again. Raises TypeError without a compensator."""
+    @property
+    def frozen(self) -> bool:
+        """Whether adaptation is stopped."""
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write what the controller remembers (weights, last torque, steps) to a file.
+
+        The file is replaced as a whole. Raises OSError if that fails; what was there stays then.
+        """
+    def load(self, path: str | PathLike[str]) -> None:
+        """Read what `save` wrote; the next torques are then the same to the bit.
+
+        Raises ValueError for a damaged file, or one of another version or controller, and OSError
+        if the file cannot be read; nothing has changed then.
+        """
+    def __getstate__(self) -> bytes: ...
+    def __setstate__(self, bytes: bytes) -> None: ...
+    def __reduce__(self) -> tuple[type[ComputedTorque], tuple[Any, ...], bytes]: ...
+
+@final
+class Plant:
+    """What is really there: ``M(q) ddq + H(q, dq) + τ_d = τ`` (6), τ limited by the actuators.
+
+    Parameters
+    ----------
+    arm: the true arm.
+    disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
+        torque), or a callable ``(q, dq, t) -> (2,)``; None for none.
+    effort_limit: what each actuator can give [N·m], scalar or (2,), > 0; None or inf for no limit.
+    """
+
+    def __new__(
+        cls,
+        arm: TwoLink,
+        disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
+        effort_limit: ArrayLike | None = None,
+    ) -> Plant: ...
+    @property
+    def arm(self) -> TwoLink:
+        """The true arm."""
+    @property
+    def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
+        """τ_d as it was given."""
+    @property
+    def effort_limit(self) -> _Array:
+        """Largest torque of each actuator [N·m], (2,); inf without a limit."""
+    def step(
+        self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, t: float, dt: float
+    ) -> tuple[_Array, _Array]:
+        """Move on by ``dt`` [s] from time ``t`` [s] under the held torque ``tau`` [N·m].
+
+        One step of RK4, as a sampled simulation takes it; returns q [rad] and dq [rad/s] at t + dt.
+        Raises ValueError naming what is not finite, and whatever a callable disturbance raises.
+        """
+    def __reduce__(self) -> tuple[type[Plant], tuple[Any, ...]]: ...
+
+@final
+class Sines:
+    """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
+
+    A reference in rad, or a disturbance in N·m.
+
+    Parameters
+    ----------
+    frequency: ω [rad/s], (K,) or a scalar.
+    sin, cos: amplitudes, (K, 2), or scalar or (2,) if ``frequency`` is a scalar; 0 by default.
+    offset: scalar or (2,); 0 by default.
+    """
+
+    def __new__(
+        cls,
+        frequency: ArrayLike,
+        sin: ArrayLike | None = None,
+        cos: ArrayLike | None = None,
+        offset: ArrayLike | None = None,
+    ) -> Sines: ...
+    def __call__(self, t: float) -> _Triple:
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+    def __reduce__(self) -> tuple[type[Sines], tuple[Any, ...]]: ...
+
+@final
+class Quintic:
+    """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
+
+    ``start``, ``goal``: scalar or (2,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
+    """
+
+    def __new__(
+        cls,
+        start: ArrayLike,
+        goal: ArrayLike,
+        duration: float,
+        start_time: float | None = None,
+    ) -> Quintic: ...
+    def __call__(self, t: float) -> _Triple:
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+    def __reduce__(self) -> tuple[type[Quintic], tuple[Any, ...]]: ...
+
+@final
+class Table:
+    """A sampled motion, interpolated with continuous acceleration; at rest before and after.
+
+    Parameters
+    ----------
+    t: times [s], (T,), increasing, at least two.
+    q: positions [rad], (T, 2).
+    dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, 2); both, or neither: they then come
+        from ``q``.
+    """
+
+    def __new__(
+        cls,
+        t: ArrayLike,
+        q: ArrayLike,
+        dq: ArrayLike | None = None,
+        ddq: ArrayLike | None = None,
+    ) -> Table: ...
+    def __call__(self, t: float) -> _Triple:
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+    def __reduce__(self) -> tuple[type[Table], tuple[Any, ...]]: ...
+
+@final
+class RiccatiSolution:
+    """P of a Riccati equation, certified: finite, symmetric, positive, accurate, stabilising."""
+
+    @property
+    def P(self) -> _Array:
+        """P, (S, S), symmetric."""
+    @property
+    def residual(self) -> float:
+        """Relative residual of the equation."""
+    @property
+    def min_eigenvalue(self) -> float:
+        """Smallest eigenvalue of P."""
+    @property
+    def max_real(self) -> float:
+        """Largest real part of the closed-loop matrix (A + γ⁻²BB'P, or A - BR⁻¹B'P) [1/s], < 0."""
+    @property
+    def gamma(self) -> float | None:
+        """γ that was asked for; None for `care`."""
+    @property
+    def gamma_opt(self) -> float | None:
+        """The smallest γ with a solution (γ must be larger); None for `care`."""
+    @property
+    def max_scale(self) -> float | None:
+        """Q times anything smaller than this has a solution at this γ; None for `care`."""
+
+def bounded_real_riccati(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, gamma: float = 1.0
+) -> RiccatiSolution:
+    """Solve ``A'P + PA + γ⁻² P B B' P + Q = 0`` (19) for the stabilising P, with a certificate.
+
+    Parameters
+    ----------
+    A: (S, S), Hurwitz, S up to 16.
+    B: (S, m), m up to S.
+    Q: (S, S), symmetric positive semidefinite.
+    gamma: γ > 0, or infinity: the Lyapunov equation.
+
+    Raises
+    ------
+    NoStabilizingSolution
+        If γ is not larger than γ_opt = ‖Q^½ (sI - A)⁻¹ B‖∞.
+    ValueError, TypeError
+        Naming the argument.
+    """
+
+def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolution:
+    """Solve ``A'P + PA - P B R⁻¹ B' P + Q = 0`` for the stabilising P, with a certificate.
+
+    Parameters
+    ----------
+    A: (S, S), S up to 16.
+    B: (S, m), m up to S, with (A, B) stabilisable.
+    Q: (S, S), symmetric positive semidefinite.
+    R: (m, m), symmetric positive definite.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the argument.
+    """
+
+def simulate(
+    plant: Plant,
+    tracker: ComputedTorque,
+    reference: Sines | Quintic | Table | _ReferenceCallable,
+    duration: float,
+    dt: float,
+    method: Literal["rk4", "dp54"],
+    control_period: float | None,
+    q0: ArrayLike | None,
+    dq0: ArrayLike | None,
+    rtol: float,
+    atol: float,
+    record_every: int,
+    progress: Callable[[float], object] | None,
+) -> tuple[dict[str, Any], BaseException | None]:
+    """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
+
+def metrics(
+    t: ArrayLike, e: ArrayLike, tau: ArrayLike, window: tuple[float, float], band: float
+) -> _MetricsRecord:
+    """Run `steadyarm.Run.metrics`: the figures of every joint."""
