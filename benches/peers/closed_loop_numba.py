@@ -1,4 +1,4 @@
-"""The run in Numba: scalar loops in compiled functions, buffers made once, RK4 over the flat state."""
+"""The run in Numba: compiled scalar loops, buffers made once, RK4 over the flat state."""
 
 from math import cos, exp, sin
 

@@ -1,6 +1,6 @@
 """The run that every peer computes: the paper's simulation 3 with 625 rules and a gain of 7000.
 
-State y = [q; dq; W row by row], 2 + 2 + 2 x 625 numbers, from q(0) = (0.5, -0.5) at rest with W = 0.
+State y = [q; dq; W row by row], 2 + 2 + 2 x 625 numbers; q(0) = (0.5, -0.5), at rest, W = 0.
 Figures are RMS errors over the whole run at every 1 ms, without the first sample.
 """
 
@@ -44,7 +44,7 @@ def rms(q):
 
 
 def timed(function):
-    """Call ``function``; return the seconds on the clock, those of the processor, and the result."""
+    """Call ``function``; return the seconds, those of processor time, and the result."""
     clock, cpu = time.perf_counter(), time.thread_time()
     result = function()
     return time.perf_counter() - clock, time.thread_time() - cpu, result
