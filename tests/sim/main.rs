@@ -1,5 +1,5 @@
 //! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt, and runs that end.
-#![allow(clippy::unwrap_used, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 #[path = "../common/mod.rs"]
 mod common;
