@@ -53,6 +53,14 @@ def numbers(text: str) -> float | list[float]:
     return values[0] if len(values) == 1 else values
 
 
+def harmonics(text: str) -> list[tuple[float, float]]:
+    """Amplitudes and frequencies, as in 2@1,0.5@3."""
+    pairs = [part.partition("@") for part in text.split(",")]
+    if not all(at for _, at, _ in pairs):
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants amplitude@frequency, as in 2@1,0.5@3")
+    return [(number(amplitude), number(frequency)) for amplitude, _, frequency in pairs]
+
+
 def names(text: str) -> str | list[str]:
     """One name, or several."""
     names = [name.strip() for name in text.split(",")]

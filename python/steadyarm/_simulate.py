@@ -26,7 +26,7 @@ def add_simulate(commands: Commands) -> None:
     )
     _add_scene(parser.add_argument_group("scene"))
     _add_controller(parser.add_argument_group("controller"))
-    _add_compensator(parser.add_argument_group("compensator (simulation 3)"))
+    add_compensator(parser.add_argument_group("compensator (simulation 3)"))
     _add_numerics(parser.add_argument_group("numerics"))
     _add_output(parser.add_argument_group("output"))
 
@@ -57,7 +57,8 @@ def _add_controller(group: argparse._ArgumentGroup) -> None:
     )
 
 
-def _add_compensator(group: argparse._ArgumentGroup) -> None:
+def add_compensator(group: argparse._ArgumentGroup) -> None:
+    """Add the options of the compensator."""
     add = group.add_argument
     add(
         "--preset",

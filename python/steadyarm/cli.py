@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import __version__, _files, reproduction
+from ._design import add_design
 from ._options import FAILED, STOPPED, USAGE, Refused, command, picture
 from ._simulate import add_simulate
 
@@ -33,6 +34,7 @@ EPILOG = """\
 try:
   steadyarm reproduce                                 the paper's three simulations, with a verdict
   steadyarm simulate --preset claimed --plot run.png  one run, drawn
+  steadyarm design --preset claimed --period 0.002    will it help, will it be stable?
   steadyarm approximate --out approximation.png       how well rules can learn a function
 
 symptoms, and the run that shows each:
@@ -41,10 +43,13 @@ symptoms, and the run that shows each:
       steadyarm simulate --preset claimed      the same arm; the compensator makes up for it
   I added the compensator and nothing changed.
       steadyarm simulate --preset printed      the gain is too low for these rules
+      steadyarm design --preset printed        says so beforehand, and which gain would do
       steadyarm simulate --gain 700            five rules with normalised strengths want this much
   It works in continuous time and blows up on the real controller.
       steadyarm simulate --form concat --raw --gain 70 --control-period 0.04
                                                it learns too fast for 25 samples a second
+      steadyarm design --form concat --raw --gain 70 --period 0.04
+                                               refuses it, and says how fast the loop must be
   The torque jumps.
       add --plot run.png to any run: it draws the model's and the compensator's part of the torque;
       "torque variation" puts a number on it
@@ -229,6 +234,7 @@ def _approximate(arguments: argparse.Namespace) -> int:
 COMMANDS: tuple[Callable[[Commands], None], ...] = (
     _add_reproduce,
     add_simulate,
+    add_design,
     _add_approximate,
 )
 """The commands, in the order of the help."""
