@@ -150,7 +150,7 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
     }
 
     /// The law at one stage of a step, inside the effort limit; the compensator records its rate of change.
-    #[inline]
+    #[inline(always)]
     pub fn law<S>(&self, state: &mut S, stage: &Stage<'_>, sample: &Sample<N>) -> Command<N>
     where
         C: Compensator<N, S>,

@@ -13,7 +13,7 @@
 //! and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one pass over W.
 
 use super::kernels::{LANES, Span, dot, expand};
-use super::membership::{Lattice, Set, exponentials, memberships, normalize};
+use super::membership::{Lattice, Sets, exponentials, memberships};
 use crate::error::{Error, Result, finite, within};
 use crate::math::sqrt;
 
@@ -45,6 +45,13 @@ pub enum Form {
     },
 }
 
+impl Form {
+    #[inline]
+    fn is_product(self) -> bool {
+        matches!(self, Self::Grid | Self::PerJoint { .. })
+    }
+}
+
 /// The Gaussian sets of one input.
 #[derive(Clone, Copy, Debug)]
 pub struct Axis<'a> {
@@ -63,7 +70,7 @@ pub struct FuzzyBasis {
     axes: [AxisRecord; MAX_INPUTS],
     /// The sets of every input, block after block.
     factors: [Span; MAX_INPUTS],
-    sets: [Set; MAX_SETS],
+    sets: Sets,
     layout: Layout,
 }
 
@@ -90,12 +97,15 @@ struct Layout {
 
 #[derive(Clone, Copy, Debug)]
 struct AxisRecord {
+    /// Its sets.
     span: Span,
+    /// Start of its memberships in an evaluated basis.
+    out: usize,
     lattice: Option<Lattice>,
 }
 
 impl AxisRecord {
-    const NONE: Self = Self { span: Span::EMPTY, lattice: None };
+    const NONE: Self = Self { span: Span::EMPTY, out: 0, lattice: None };
 }
 
 /// One evaluated block of ξ = u ⊗ v; v is padded with zeros to whole lanes.
@@ -117,24 +127,23 @@ impl FuzzyBasis {
             return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
         }
         let mut records = [AxisRecord::NONE; MAX_INPUTS];
-        let mut sets = [Set::NONE; MAX_SETS];
-        let mut set_count = 0;
+        let mut sets = Sets::NONE;
+        let (mut set_count, mut out) = (0, 0);
         for (axis, record) in axes.iter().zip(&mut records) {
             check_axis(axis)?;
             record.span = Span { first: set_count, len: axis.centers.len() };
             at_most("sets", set_count.saturating_add(record.span.len), MAX_SETS)?;
-            let own = &mut sets[set_count..set_count + record.span.len];
-            for (j, (set, &center)) in own.iter_mut().zip(axis.centers).enumerate() {
-                *set = Set::new(center, axis.widths[j.min(axis.widths.len() - 1)]);
-            }
-            record.lattice = Lattice::recognise(own);
+            record.lattice = sets.write(record.span, axis.centers, axis.widths);
+            record.out = out;
+            out += if form.is_product() { record.span.lanes().len } else { record.span.len };
             set_count += record.span.len;
         }
         let inputs = axes.len();
-        let layout = Layout::new(form, &records[..inputs], set_count)?;
+        let layout = Layout::new(form, &records[..inputs], out)?;
         let mut factors = [Span::EMPTY; MAX_INPUTS];
         for (i, record) in records[..inputs].iter().enumerate() {
-            factors[i % layout.blocks * layout.inputs + i / layout.blocks] = record.span;
+            factors[i % layout.blocks * layout.inputs + i / layout.blocks] =
+                Span { first: record.out, ..record.span };
         }
         Ok(Self { form, normalized, inputs, axes: records, factors, sets, layout })
     }
@@ -242,14 +251,14 @@ impl FuzzyBasis {
     /// ξ·ξ' in a block of two evaluated bases: a product of one sum an input.
     #[inline]
     pub(crate) fn dot(&self, left: &[f64], right: &[f64], block: usize) -> f64 {
-        if !self.is_product() {
+        if !self.form.is_product() {
             return dot(self.block(left, block).v, self.block(right, block).v);
         }
         let memberships = self.layout.blocks * self.layout.block;
         let (left, right) = (&left[memberships..], &right[memberships..]);
         let mut product = 1.0;
         for factor in self.factors(block) {
-            product *= dot(factor.of(left), factor.of(right));
+            product *= dot(factor.lanes().of(left), factor.lanes().of(right));
         }
         product
     }
@@ -257,7 +266,7 @@ impl FuzzyBasis {
     /// Evaluates all blocks at a finite x.
     pub(crate) fn activate(&self, x: &[f64], scratch: &mut [f64], activation: &mut [f64]) {
         let Layout { blocks, leading, outer, stride, block: size, .. } = self.layout;
-        if !self.is_product() {
+        if !self.form.is_product() {
             activation[stride + LANES] = 1.0;
             return match self.form {
                 Form::Shared => self.activate_shared(x, activation),
@@ -273,11 +282,6 @@ impl FuzzyBasis {
         }
     }
 
-    #[inline]
-    fn is_product(&self) -> bool {
-        matches!(self.form, Form::Grid | Form::PerJoint { .. })
-    }
-
     /// The sets of the inputs of a block.
     #[inline]
     fn factors(&self, block: usize) -> &[Span] {
@@ -286,13 +290,9 @@ impl FuzzyBasis {
 
     #[inline]
     fn memberships(&self, x: &[f64], out: &mut [f64]) {
-        let axes = &self.axes[..self.inputs];
-        for (axis, &x) in axes.iter().zip(x) {
-            let (sets, out) = (axis.span.of(&self.sets), axis.span.of_mut(out));
-            memberships(sets, axis.lattice.as_ref(), self.normalized, x, out);
-        }
-        if self.normalized {
-            axes.iter().for_each(|axis| normalize(axis.span.of_mut(out)));
+        for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
+            let out = Span { first: axis.out, ..axis.span.lanes() }.of_mut(out);
+            memberships(&self.sets, axis.span, axis.lattice.as_ref(), self.normalized, x, out);
         }
     }
 
@@ -301,14 +301,9 @@ impl FuzzyBasis {
         let out = &mut activation[..rules];
         out.fill(0.0);
         for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            for (set, y) in axis.span.of(&self.sets).iter().zip(out.iter_mut()) {
-                *y += set.exponent(x);
-            }
+            self.sets.add_exponents(axis.span, x, out);
         }
         exponentials(out, self.normalized);
-        if self.normalized {
-            normalize(out);
-        }
     }
 }
 

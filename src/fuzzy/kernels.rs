@@ -33,6 +33,12 @@ pub(crate) struct Span {
 impl Span {
     pub const EMPTY: Self = Self { first: 0, len: 0 };
 
+    /// The same, up to whole lanes.
+    #[inline]
+    pub fn lanes(&self) -> Self {
+        Self { first: self.first, len: self.len.next_multiple_of(LANES) }
+    }
+
     #[inline]
     pub fn of<'a, T>(&self, array: &'a [T]) -> &'a [T] {
         &array[self.first..self.first + self.len]
@@ -42,6 +48,58 @@ impl Span {
     pub fn of_mut<'a, T>(&self, array: &'a mut [T]) -> &'a mut [T] {
         &mut array[self.first..self.first + self.len]
     }
+}
+
+/// out_j = scale tᵏ decay_j for the first `len` entries, zeros after them; without a scale, normalised to sum 1.
+///
+/// `steps` holds 2|k|, plus 1 where k < 0, with `digits` binary digits in |k|. All slices are whole lanes.
+#[multiversion(targets("x86_64+avx2"))]
+pub(crate) fn powers(
+    (steps, decays): (&[u64], &[f64]),
+    digits: u32,
+    t: f64,
+    scale: Option<f64>,
+    (len, out): (usize, &mut [f64]),
+) {
+    let inverse = 1.0 / t;
+    let chunks = steps.as_chunks::<LANES>().0.iter().zip(decays.as_chunks::<LANES>().0);
+    for (i, ((steps, decays), out)) in chunks.zip(out.as_chunks_mut::<LANES>().0).enumerate() {
+        let mut base = [t; LANES];
+        for lane in 0..LANES {
+            base[lane] = select(steps[lane] & 1, inverse, t);
+        }
+        let mut power = *decays;
+        for digit in 1..=digits {
+            for lane in 0..LANES {
+                power[lane] *= select(steps[lane] >> digit & 1, base[lane], 1.0);
+                base[lane] *= base[lane];
+            }
+        }
+        for lane in 0..LANES {
+            out[lane] = if i * LANES + lane < len { power[lane] } else { 0.0 };
+        }
+    }
+    let scale = scale.unwrap_or_else(|| {
+        let mut sum = [0.0; LANES];
+        for out in out.as_chunks::<LANES>().0 {
+            for lane in 0..LANES {
+                sum[lane] += out[lane];
+            }
+        }
+        1.0 / add_lanes(&sum)
+    });
+    for out in out.as_chunks_mut::<LANES>().0 {
+        for lane in 0..LANES {
+            out[lane] *= scale;
+        }
+    }
+}
+
+/// `one` for the digit 1, `zero` for 0, without a branch.
+#[inline(always)]
+fn select(digit: u64, one: f64, zero: f64) -> f64 {
+    let mask = digit.wrapping_neg();
+    f64::from_bits(one.to_bits() & mask | zero.to_bits() & !mask)
 }
 
 /// u and v, the products of the leading and of the trailing factors, each with its length; zeros up to that length.
@@ -76,7 +134,8 @@ fn kronecker(
     let (mut from, mut to) =
         if others.len().is_multiple_of(2) { (out, scratch) } else { (scratch, out) };
     let mut len = last.len;
-    from[..len].iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
+    let width = last.lanes().len;
+    scale(1.0, last.lanes().of(memberships), &mut from[..width]);
     for factor in others.iter().rev() {
         let width = len.next_multiple_of(LANES);
         for (row, p) in factor.of(memberships).iter().enumerate() {
@@ -121,8 +180,9 @@ pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64], out: &mut [f64]) {
 #[inline(always)]
 fn columns<const G: usize>(w: &[Lanes], u: &[f64], v: &[Lanes], first: usize, total: &mut Lanes) {
     let mut sums = [[0.0; LANES]; G];
-    for (row, scale) in w.chunks_exact(v.len()).zip(u) {
-        for (sum, w) in sums.iter_mut().zip(&row[first..first + G]) {
+    for (a, scale) in u.iter().enumerate() {
+        let at = a * v.len() + first;
+        for (sum, w) in sums.iter_mut().zip(&w[at..at + G]) {
             for lane in 0..LANES {
                 sum[lane] += scale * w[lane];
             }
@@ -238,17 +298,16 @@ pub(crate) fn flush(weights: &mut [f64]) {
     }
 }
 
-/// Σ x_i y_i.
+/// Σ x_i y_i over whole lanes.
 #[inline]
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let ((xs, x), (ys, y)) = (x.as_chunks::<LANES>(), y.as_chunks::<LANES>());
     let mut sum = [0.0; LANES];
-    for (a, b) in xs.iter().zip(ys) {
+    for (a, b) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
         for lane in 0..LANES {
             sum[lane] += a[lane] * b[lane];
         }
     }
-    add_lanes(&sum) + x.iter().zip(y).map(|(a, b)| a * b).sum::<f64>()
+    add_lanes(&sum)
 }
 
 /// Sums lanes in a fixed order. A call of its own, so that the lanes are kept in whole registers up to here.

@@ -10,6 +10,8 @@
 //!
 //! where the middle factor is a constant of the set, and μ_p(x) cancels on normalising.
 
+use super::basis::MAX_SETS;
+use super::kernels::{LANES, Span, powers};
 use crate::math::exp;
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
@@ -24,38 +26,59 @@ const MAX_STEPS: usize = 64;
 /// Largest exponent on the lattice: e^±600 and their products with the constants are normal floats.
 const MAX_EXPONENT: f64 = 600.0;
 
-/// One Gaussian set.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Set {
-    center: f64,
-    inverse_width: f64,
-    /// Lattice steps from the neighbour on the middle set's side to this one.
-    steps: usize,
-    /// exp(−(k d)²/2σ²).
-    decay: f64,
+/// The sets of all inputs, one after the other, with room to read whole lanes.
+#[derive(Clone, Debug)]
+pub(super) struct Sets {
+    centers: [f64; MAX_SETS + LANES],
+    inverse_widths: [f64; MAX_SETS + LANES],
+    /// exp(−(k d)²/2σ²) of a set on a lattice.
+    decays: [f64; MAX_SETS + LANES],
+    /// 2|k|, plus 1 where k < 0.
+    steps: [u64; MAX_SETS + LANES],
 }
 
-impl Set {
-    pub const NONE: Self = Self { center: 0.0, inverse_width: 1.0, steps: 0, decay: 1.0 };
+impl Sets {
+    pub const NONE: Self = Self {
+        centers: [0.0; MAX_SETS + LANES],
+        inverse_widths: [1.0; MAX_SETS + LANES],
+        decays: [1.0; MAX_SETS + LANES],
+        steps: [0; MAX_SETS + LANES],
+    };
 
-    pub fn new(center: f64, width: f64) -> Self {
-        Self { center, inverse_width: 1.0 / width, ..Self::NONE }
+    /// Writes the sets of an input; returns its lattice if they are on one.
+    pub fn write(&mut self, place: Span, centers: &[f64], widths: &[f64]) -> Option<Lattice> {
+        let width = |j: usize| widths[j.min(widths.len() - 1)];
+        for (j, center) in centers.iter().enumerate() {
+            self.centers[place.first + j] = *center;
+            self.inverse_widths[place.first + j] = 1.0 / width(j);
+        }
+        let even = (0..centers.len()).all(|j| width(j) == widths[0]);
+        let (lattice, step) = Lattice::recognise(centers, self.inverse_widths[place.first], even)?;
+        for (j, center) in centers.iter().enumerate() {
+            let offset = center - lattice.center;
+            let steps = libm::round(offset.abs() / step) as u64;
+            self.steps[place.first + j] = 2 * steps + u64::from(offset < 0.0);
+            self.decays[place.first + j] = exp(-offset * offset * lattice.half_precision);
+        }
+        Some(lattice)
     }
 
-    /// −½((x − c)/σ)².
+    /// Adds −½((x − c)/σ)² of each set in `place` to `out`.
     #[inline]
-    pub fn exponent(&self, x: f64) -> f64 {
-        let z = (x.clamp(-FAR, FAR) - self.center) * self.inverse_width;
-        -0.5 * z * z
+    pub fn add_exponents(&self, place: Span, x: f64, out: &mut [f64]) {
+        let x = x.clamp(-FAR, FAR);
+        let sets = place.of(&self.centers).iter().zip(place.of(&self.inverse_widths));
+        for ((center, inverse_width), y) in sets.zip(out) {
+            let z = (x - center) * inverse_width;
+            *y += -0.5 * z * z;
+        }
     }
 }
 
 /// Equal widths and evenly stepped ascending centres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lattice {
-    /// Index of the middle set.
-    pivot: usize,
-    /// p, its centre.
+    /// p, the middle centre.
     center: f64,
     /// d/σ².
     slope: f64,
@@ -63,55 +86,38 @@ pub(super) struct Lattice {
     half_precision: f64,
     /// |x − p| up to which the powers of t fit.
     reach: f64,
+    /// Binary digits of the largest |k|.
+    digits: u32,
 }
 
 impl Lattice {
-    /// Recognises a lattice and writes its constants into the sets; `None` where there is none.
-    pub fn recognise(sets: &mut [Set]) -> Option<Self> {
-        let step = smallest_gap(sets)?;
-        let (first, last) = (sets[0], sets[sets.len() - 1]);
-        let steps_from_first = |s: &Set| (s.center - first.center) / step;
-        let even = sets.iter().all(|s| {
-            let k = steps_from_first(s);
-            (k - libm::round(k)).abs() <= LATTICE_TOL && s.inverse_width == first.inverse_width
-        });
-        let span = last.center - first.center;
-        let half_precision = 0.5 * first.inverse_width * first.inverse_width;
-        if !even || span > MAX_STEPS as f64 * step || span * span * half_precision > MAX_EXPONENT {
+    /// The lattice of these centres and its step d; `None` where there is none.
+    fn recognise(centers: &[f64], inverse_width: f64, even: bool) -> Option<(Self, f64)> {
+        let step = smallest_gap(centers)?;
+        let steps = |c: f64| (c - centers[0]) / step;
+        let on_lattice = |c: &f64| (steps(*c) - libm::round(steps(*c))).abs() <= LATTICE_TOL;
+        let span = centers[centers.len() - 1] - centers[0];
+        let half_precision = 0.5 * inverse_width * inverse_width;
+        if !even
+            || !centers.iter().all(on_lattice)
+            || span > MAX_STEPS as f64 * step
+            || span * span * half_precision > MAX_EXPONENT
+        {
             return None;
         }
-        let pivot = sets.len() / 2;
-        let center = sets[pivot].center;
-        let mut previous = 0;
-        for j in 0..sets.len() {
-            let k = libm::round(steps_from_first(&sets[j])) as usize;
-            // Up to the middle, the gap before set j belongs to its left neighbour.
-            sets[if j <= pivot { j.saturating_sub(1) } else { j }].steps = k - previous;
-            previous = k;
-            let offset = sets[j].center - center;
-            sets[j].decay = exp(-offset * offset * half_precision);
-        }
+        let center = centers[centers.len() / 2];
         let slope = 2.0 * step * half_precision;
         let reach = MAX_EXPONENT * step / (slope * span);
-        Some(Self { pivot, center, slope, half_precision, reach })
+        let far = (center - centers[0]).max(centers[0] + span - center);
+        let digits = u64::BITS - (libm::round(far / step) as u64).leading_zeros();
+        Some((Self { center, slope, half_precision, reach, digits }, step))
     }
 
-    /// Memberships relative to that of the middle set; false if x is too far out for that.
+    /// t; `None` if x is too far out for its powers.
     #[inline]
-    fn relative(&self, sets: &[Set], x: f64, out: &mut [f64]) -> bool {
+    fn ratio(&self, x: f64) -> Option<f64> {
         let delta = x - self.center;
-        if delta.abs() > self.reach {
-            return false;
-        }
-        let t = exp(self.slope * delta);
-        let (below, rest) = out.split_at_mut(self.pivot);
-        let (left, right) = sets.split_at(self.pivot);
-        if let Some((middle, above)) = rest.split_first_mut() {
-            *middle = 1.0;
-            powers(t, right[1..].iter().zip(above));
-        }
-        powers(1.0 / t, left.iter().zip(below).rev());
-        true
+        (delta.abs() <= self.reach).then(|| exp(self.slope * delta))
     }
 
     /// μ_p(x).
@@ -122,22 +128,10 @@ impl Lattice {
     }
 }
 
-/// Memberships outward from the middle set, whose own is 1.
-#[inline(always)]
-fn powers<'a>(t: f64, sets: impl Iterator<Item = (&'a Set, &'a mut f64)>) {
-    let mut power = 1.0;
-    for (set, y) in sets {
-        for _ in 0..set.steps {
-            power *= t;
-        }
-        *y = power * set.decay;
-    }
-}
-
-fn smallest_gap(sets: &[Set]) -> Option<f64> {
+fn smallest_gap(centers: &[f64]) -> Option<f64> {
     let mut smallest = f64::INFINITY;
-    for pair in sets.windows(2) {
-        let gap = pair[1].center - pair[0].center;
+    for pair in centers.windows(2) {
+        let gap = pair[1] - pair[0];
         if gap <= 0.0 {
             return None;
         }
@@ -146,41 +140,44 @@ fn smallest_gap(sets: &[Set]) -> Option<f64> {
     smallest.is_finite().then_some(smallest)
 }
 
-/// Writes the memberships of x in `sets`: raw, or up to a common factor. No NaN for any finite x.
+/// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, and zeros up to whole lanes.
+/// No NaN for any finite x.
 #[inline]
 pub(super) fn memberships(
-    sets: &[Set],
+    sets: &Sets,
+    place: Span,
     lattice: Option<&Lattice>,
     normalized: bool,
     x: f64,
     out: &mut [f64],
 ) {
     if let Some(lattice) = lattice
-        && lattice.relative(sets, x, out)
+        && let Some(t) = lattice.ratio(x)
     {
-        if !normalized {
-            let scale = lattice.middle(x);
-            out.iter_mut().for_each(|y| *y *= scale);
-        }
-        return;
+        let lanes = place.lanes();
+        let (steps, decays) = (lanes.of(&sets.steps), lanes.of(&sets.decays));
+        let scale = (!normalized).then(|| lattice.middle(x));
+        return powers((steps, decays), lattice.digits, t, scale, (place.len, out));
     }
-    for (set, y) in sets.iter().zip(out.iter_mut()) {
-        *y = set.exponent(x);
-    }
+    out.fill(0.0);
+    let out = &mut out[..place.len];
+    sets.add_exponents(place, x, out);
     exponentials(out, normalized);
 }
 
-/// Replaces exponents by their exponentials: raw, or relative to the largest.
+/// Replaces exponents by their exponentials, normalised to sum 1 (log-sum-exp) or raw.
 #[inline]
 pub(super) fn exponentials(out: &mut [f64], normalized: bool) {
-    let largest =
-        if normalized { out.iter().copied().fold(f64::NEG_INFINITY, f64::max) } else { 0.0 };
-    out.iter_mut().for_each(|y| *y = exp(*y - largest));
-}
-
-/// Scales to the sum 1.
-#[inline]
-pub(super) fn normalize(out: &mut [f64]) {
-    let scale = 1.0 / out.iter().sum::<f64>();
+    if !normalized {
+        out.iter_mut().for_each(|y| *y = exp(*y));
+        return;
+    }
+    let largest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let mut sum = 0.0;
+    for y in out.iter_mut() {
+        *y = exp(*y - largest);
+        sum += *y;
+    }
+    let scale = 1.0 / sum;
     out.iter_mut().for_each(|y| *y *= scale);
 }

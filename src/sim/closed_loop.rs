@@ -28,6 +28,7 @@ pub struct Evaluation<const N: usize> {
 
 impl<const N: usize> Evaluation<N> {
     /// Completes a command with what the plant made of it.
+    #[inline]
     pub(super) fn new(
         t: f64,
         sample: Sample<N>,
@@ -48,7 +49,7 @@ pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
     reference: &'a R,
     /// Two stages often fall on one time.
     latest: Option<(f64, Setpoint<N>)>,
-    /// The loop at the stage evaluated last, and the certificate's share of every stage.
+    /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
     shares: [Certificate; MAX_STAGES],
 }
@@ -76,7 +77,7 @@ where
         }
     }
 
-    /// The loop at the stage that was evaluated last.
+    /// The loop at the stage that [`acceleration`](Self::acceleration) was asked for last.
     pub fn evaluation(&self) -> Option<&Evaluation<N>> {
         self.evaluation.as_ref()
     }
@@ -93,6 +94,38 @@ where
     where
         C: Compensator<N, S>,
     {
+        let (evaluation, ddq) = self.evaluate(state, stage, t, motion);
+        self.evaluation = Some(evaluation);
+        ddq
+    }
+
+    /// q̈ at a stage that no row is recorded of.
+    #[inline]
+    pub(super) fn rate<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        motion: &Motion<N>,
+    ) -> Vector<N>
+    where
+        C: Compensator<N, S>,
+    {
+        self.evaluate(state, stage, t, motion).1
+    }
+
+    /// The loop and q̈ at a stage. Inlined, so that a stage computes only what its caller uses.
+    #[inline(always)]
+    fn evaluate<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        motion: &Motion<N>,
+    ) -> (Evaluation<N>, Vector<N>)
+    where
+        C: Compensator<N, S>,
+    {
         let sample = Sample::new(motion.q, motion.dq, self.setpoint(t));
         let command = self.controller.law(state, stage, &sample);
         let applied = self.plant.applied(&command.tau);
@@ -103,8 +136,7 @@ where
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
         self.shares[stage.index] = Certificate::rates(&evaluation);
-        self.evaluation = Some(evaluation);
-        ddq
+        (evaluation, ddq)
     }
 
     /// One step of RK4 of length `h` from `t` to `end` [s], whose stage 0 is already in `rates`.
@@ -123,7 +155,7 @@ where
     {
         RK4.stages(h, motion, 1, rates, |stage, at| {
             let time = if stage.node == 1.0 { end } else { t + stage.node * h };
-            self.acceleration(state, stage, time, at)
+            self.rate(state, stage, time, at)
         });
         self.advance(state, &RK4.end(h, 4))?;
         Ok(motion.plus(h, &RK4.weights, rates))

@@ -102,7 +102,7 @@ where
             break;
         }
         let accepted = attempt((t, h, end), &motion, &mut rates, tolerance, |stage, time, at| {
-            system.acceleration(state, stage, time, at)
+            system.rate(state, stage, time, at)
         });
         let Some(step) = accepted else {
             give_up(&mut record, system.evaluation(), t, Cause::StepTooShort);

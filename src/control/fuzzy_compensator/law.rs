@@ -63,6 +63,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         state.clear();
     }
 
+    #[inline(always)]
     fn audit(&self, state: &FuzzyState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         let stages = &state.stages;
         let s = self.s(sample);
