@@ -10,6 +10,7 @@ mod limits;
 mod saved;
 
 pub use adaptation::Adaptation;
+#[cfg(feature = "std")]
 pub(crate) use computed_torque::check_period;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
 pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState, MAX_STAGES};

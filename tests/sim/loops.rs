@@ -80,7 +80,8 @@ fn simulate_equals_manual_sampled_loop_bit_for_bit() {
 #[test]
 fn simulate_equals_manual_continuous_loop_bit_for_bit() {
     let (plant, reference) = (common::plant(), common::reference());
-    for controller in controllers() {
+    for mut controller in controllers() {
+        controller.limits.effort_rate_limit = [f64::INFINITY; 2];
         let (run, after) = simulated(&controller, &options(None));
         let (mut state, mut motion) = (fresh(&controller).compensator, start());
         let mut system = ClosedLoop::new(&plant, &controller, &reference);
