@@ -1,4 +1,4 @@
-"""The compiled core. Everything here but `simulate` and `metrics` is exported by `steadyarm`.
+"""The compiled core. Everything here but `simulate`, `design` and `metrics` is exported by `steadyarm`.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
 type, order and stride; they are copied, and what comes back is always a new float64 array. Where a
@@ -28,6 +28,7 @@ __all__ = [
     "TwoLink",
     "bounded_real_riccati",
     "care",
+    "design",
     "metrics",
     "simulate",
 ]
@@ -566,6 +567,15 @@ def simulate(
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
+
+def design(
+    tracker: ComputedTorque,
+    period: float,
+    delay: int,
+    disturbance: ArrayLike,
+    inertia_ratio: float,
+) -> dict[str, Any]:
+    """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
 
 def metrics(
     t: ArrayLike, e: ArrayLike, tau: ArrayLike, window: tuple[float, float], band: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,8 +104,7 @@ def design(
     ValueError, TypeError
         For an argument that makes no sense; the message names it.
     """
-    harmonics = [(float(amplitude), float(frequency)) for amplitude, frequency in disturbance]
-    figures = _core.design(tracker, float(period), delay, harmonics, float(inertia_ratio))
+    figures: dict[str, Any] = _core.design(tracker, period, delay, disturbance, inertia_ratio)
     poles = np.array([[complex(*pole) for pole in joint] for joint in figures.pop("poles")])
     findings = tuple(figures.pop("findings"))
     return DesignReport(poles=poles, findings=findings, **figures)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
+from . import _core, _files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,14 +171,12 @@ class Run:
             "status": asdict(self.status),
             "certificate": None if self.certificate is None else asdict(self.certificate),
         }
-        path = Path(path)
-        temporary = path.with_name(f"{path.name}.{os.getpid()}.tmp")
-        try:
-            with temporary.open("wb") as file:
+
+        def write(path: Path) -> None:
+            with path.open("wb") as file:
                 np.savez_compressed(file, meta=np.array(json.dumps(meta)), **arrays)
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+
+        _files.replace(Path(path), write)
 
     @classmethod
     def load(cls, path: str | Path) -> Run:

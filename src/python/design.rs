@@ -1,25 +1,44 @@
 //! The design report as a dict.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::owned1;
+use super::convert::{numbers, owned1, scalar, wrong_shape, wrong_type};
 use super::tracker::{AnyCompensator, PyComputedTorque};
 use super::value_error;
 use crate::design::{Conditions, JointReport, Report};
+
+type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Figures joint by joint, findings in words, and the verdict.
 #[pyfunction]
 pub(super) fn design<'py>(
     py: Python<'py>,
-    tracker: &Bound<'py, PyComputedTorque>,
-    period: f64,
-    delay: usize,
-    disturbance: Vec<(f64, f64)>,
-    inertia_ratio: f64,
+    tracker: Any<'_, 'py>,
+    period: Any<'_, 'py>,
+    delay: Any<'_, 'py>,
+    disturbance: Any<'_, 'py>,
+    inertia_ratio: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tracker = tracker.borrow();
+    let tracker = tracker
+        .cast::<PyComputedTorque>()
+        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?
+        .try_borrow()?;
+    let period = scalar(period, "period")?;
+    let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
+    let delay = samples(delay)?;
+    let pairs = numbers(disturbance, "disturbance")?;
+    if !matches!(pairs.shape[..], [0] | [_, 2]) {
+        return Err(wrong_shape("disturbance", &pairs.shape, "(K, 2): amplitude, frequency"));
+    }
+    let disturbance: Vec<(f64, f64)> = pairs
+        .values
+        .as_chunks()
+        .0
+        .iter()
+        .map(|&[amplitude, frequency]| (amplitude, frequency))
+        .collect();
     let AnyCompensator::Fuzzy(fuzzy) = &tracker.controller.compensator else {
         return Err(PyTypeError::new_err(
             "tracker: got one without a compensator, wants one to report on",
@@ -51,4 +70,18 @@ pub(super) fn design<'py>(
     dict.set_item("findings", findings)?;
     dict.set_item("sound", report.sound())?;
     Ok(dict)
+}
+
+/// Samples of delay, a whole number ≥ 0.
+fn samples(delay: Any<'_, '_>) -> PyResult<usize> {
+    let wanted = "a whole number >= 0";
+    match delay.extract() {
+        Ok(delay) => Ok(delay),
+        Err(error) if error.is_instance_of::<PyTypeError>(delay.py()) => {
+            Err(wrong_type("delay", delay, wanted))
+        }
+        Err(_) => {
+            Err(PyValueError::new_err(format!("delay: got {}, wants {wanted}", delay.str()?)))
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and in the package.
 
 mod arm;
+mod basis;
 mod convert;
 mod design;
 mod dispatch;
@@ -47,9 +48,11 @@ mod core_module {
     #[pymodule_export]
     use super::arm::PyTwoLink;
     #[pymodule_export]
+    use super::basis::PyFuzzyBasis;
+    #[pymodule_export]
     use super::design::design;
     #[pymodule_export]
-    use super::fuzzy::{PyFuzzyApproximator, PyFuzzyBasis, PyFuzzyCompensator};
+    use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
