@@ -182,6 +182,13 @@ where
         }
     }
 
+    /// Whether the set-point asked for last is no number.
+    pub(super) fn lost_reference(&self) -> bool {
+        self.latest.is_some_and(|(_, Setpoint { q, dq, ddq })| {
+            [q, dq, ddq].iter().any(|x| x.iter().any(|v| !v.is_finite()))
+        })
+    }
+
     #[inline]
     fn setpoint(&mut self, t: f64) -> Setpoint<N> {
         if let Some((time, setpoint)) = self.latest

@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::adaptive::attempt;
 use super::certificate::Certificate;
-use super::closed_loop::{ClosedLoop, Evaluation};
+use super::closed_loop::ClosedLoop;
 use super::integrators::{DP54, Motion, RK4, Rates, Tolerance, dp54_dense};
 use super::recorder::Recorder;
 use super::run::{Cause, Run, Status};
@@ -52,7 +52,8 @@ where
         match system.finish_rk4(state, (t, h, record.time(k + 1)), &motion, &mut rates) {
             Ok(next) => motion = next,
             Err(error) => {
-                give_up(&mut record, system.evaluation(), t, Cause::Rejected(error));
+                let cause = blame(system.lost_reference(), Cause::Rejected(error));
+                record.stop(Status::Diverged { t, cause });
                 break;
             }
         }
@@ -105,7 +106,8 @@ where
             system.rate(state, stage, time, at)
         });
         let Some(step) = accepted else {
-            give_up(&mut record, system.evaluation(), t, Cause::StepTooShort);
+            let cause = blame(system.lost_reference(), Cause::StepTooShort);
+            record.stop(Status::Diverged { t, cause });
             break;
         };
         while row <= record.steps && record.time(row) <= step.end {
@@ -128,16 +130,9 @@ where
     record.finish()
 }
 
-/// Ends the run with what is wrong with the stage evaluated last, or else with `cause`.
-fn give_up<const N: usize>(
-    record: &mut Recorder<N>,
-    latest: Option<&Evaluation<N>>,
-    t: f64,
-    cause: Cause,
-) {
-    if latest.is_none_or(|at| record.check(at)) {
-        record.stop(Status::Diverged { t, cause });
-    }
+/// Why the run cannot go on: the set-point of the stage evaluated last if that is no number, or else `cause`.
+fn blame(lost_reference: bool, cause: Cause) -> Cause {
+    if lost_reference { Cause::Reference } else { cause }
 }
 
 /// Evaluates the loop inside the step that was just taken, at t + θ h, in the place of the last stage.
