@@ -12,7 +12,7 @@
 //! with pᵢ the memberships of input i. A product grid is never written out: ξ = u ⊗ v with u over the leading
 //! and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one pass over W.
 
-use super::kernels::{LANES, Span, dot, expand};
+use super::kernels::{LANES, Span, dot, expand, product_of_dots};
 use super::membership::{Lattice, Sets, exponentials, memberships};
 use crate::error::{Error, Result, finite, within};
 use crate::math::sqrt;
@@ -256,11 +256,7 @@ impl FuzzyBasis {
         }
         let memberships = self.layout.blocks * self.layout.block;
         let (left, right) = (&left[memberships..], &right[memberships..]);
-        let mut product = 1.0;
-        for factor in self.factors(block) {
-            product *= dot(factor.lanes().of(left), factor.lanes().of(right));
-        }
-        product
+        product_of_dots(left, right, self.factors(block))
     }
 
     /// Evaluates all blocks at a finite x.

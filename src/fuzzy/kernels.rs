@@ -86,7 +86,7 @@ pub(crate) fn powers(
                 sum[lane] += out[lane];
             }
         }
-        1.0 / add_lanes(&sum)
+        1.0 / sum_lanes(&sum)
     });
     for out in out.as_chunks_mut::<LANES>().0 {
         for lane in 0..LANES {
@@ -172,7 +172,7 @@ pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64], out: &mut [f64]) {
             columns::<1>(w, u, v, first, &mut total);
             first += 1;
         }
-        *out = add_lanes(&total);
+        *out = sum_lanes(&total);
     }
 }
 
@@ -298,8 +298,19 @@ pub(crate) fn flush(weights: &mut [f64]) {
     }
 }
 
+/// ξ·ξ' of two products: one sum over the sets of an input for each factor.
+#[multiversion(targets("x86_64+avx2"))]
+pub(crate) fn product_of_dots(left: &[f64], right: &[f64], factors: &[Span]) -> f64 {
+    let mut product = 1.0;
+    for factor in factors {
+        let lanes = factor.lanes();
+        product *= dot(lanes.of(left), lanes.of(right));
+    }
+    product
+}
+
 /// Σ x_i y_i over whole lanes.
-#[inline]
+#[inline(always)]
 pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     let mut sum = [0.0; LANES];
     for (a, b) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
@@ -307,11 +318,17 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
             sum[lane] += a[lane] * b[lane];
         }
     }
-    add_lanes(&sum)
+    sum_lanes(&sum)
 }
 
-/// Sums lanes in a fixed order. A call of its own, so that the lanes are kept in whole registers up to here.
+/// The sum of squares. A call of its own, so that their lanes stay in whole registers up to here.
 #[inline(never)]
 fn add_lanes(x: &Lanes) -> f64 {
+    sum_lanes(x)
+}
+
+/// Sums lanes in a fixed order.
+#[inline(always)]
+fn sum_lanes(x: &Lanes) -> f64 {
     ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
 }
