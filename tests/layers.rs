@@ -136,7 +136,6 @@ fn no_file_is_longer_than_the_ceiling() {
 }
 
 #[test]
-#[ignore = "src/python/fuzzy.rs (473 lines) and tracker.rs (403) are still to be split"]
 fn no_file_of_the_binding_is_longer_than_the_ceiling() {
     assert_eq!(too_long(|room| room == "python"), []);
 }

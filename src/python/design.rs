@@ -4,8 +4,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::compensator::AnyCompensator;
 use super::convert::{numbers, owned1, scalar, wrong_shape, wrong_type};
-use super::tracker::{AnyCompensator, PyComputedTorque};
+use super::tracker::PyComputedTorque;
 use super::value_error;
 use crate::design::{Conditions, JointReport, Report};
 

@@ -2,6 +2,7 @@
 
 mod arm;
 mod basis;
+mod compensator;
 mod convert;
 mod design;
 mod dispatch;

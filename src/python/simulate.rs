@@ -9,13 +9,14 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::arm::PyTwoLink;
+use super::compensator::weights_of;
 use super::convert::{
     Array1, array1, count, finite_scalar, finite_vector, joints, matrix_of, numbers, owned1,
     owned2, scalar, type_name, word, wrong_shape,
 };
 use super::dispatch::JOINTS;
 use super::signals::{AnyDisturbance, AnyReference, Callback};
-use super::tracker::{PyComputedTorque, weights_of};
+use super::tracker::PyComputedTorque;
 use super::value_error;
 use crate::arm::TwoLink;
 use crate::error::{Error, finite, positive};
