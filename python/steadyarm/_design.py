@@ -20,8 +20,8 @@ def add_design(commands: Commands) -> None:
         commands,
         "design",
         "before you run it: will it help, will it be stable, how fast must the loop be?",
-        "Report what a controller with a compensator will do, from its gains, Q, gamma, basis and gain,\n"
-        "the period and the delay of the loop. What you do not give is the paper's simulation 3.\n"
+        "Report what a controller with a compensator will do, from its gains, Q, gamma, basis and\n"
+        "gain, the period and the delay of the loop. What you do not give is the paper's simulation 3.\n"
         "The verdict is in words; the exit code is 1 if it says not to run this.",
         _design,
     )
@@ -31,7 +31,9 @@ def add_design(commands: Commands) -> None:
     feedback("--q", metavar="Q", type=number, help="Q is this times the identity (default: 10)")
     add_compensator(parser.add_argument_group("compensator"))
     loop = parser.add_argument_group("loop and arm").add_argument
-    loop("--period", metavar="S", type=number, default=1e-3, help="of the loop [s] (default: 0.001)")
+    loop(
+        "--period", metavar="S", type=number, default=1e-3, help="of the loop [s] (default: 0.001)"
+    )
     loop(
         "--delay",
         metavar="N",
@@ -44,8 +46,8 @@ def add_design(commands: Commands) -> None:
         metavar="A@W,…",
         type=harmonics,
         default=((1.0, 1.0),),
-        help="what the model leaves out along the motion: amplitude [rad/s²] @ frequency [rad/s] of "
-        "each harmonic (default: 1@1)",
+        help="what the model leaves out along the motion: amplitude [rad/s²] @ frequency [rad/s] "
+        "of each harmonic (default: 1@1)",
     )
     loop(
         "--inertia-ratio",

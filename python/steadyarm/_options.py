@@ -57,7 +57,9 @@ def harmonics(text: str) -> list[tuple[float, float]]:
     """Amplitudes and frequencies, as in 2@1,0.5@3."""
     pairs = [part.partition("@") for part in text.split(",")]
     if not all(at for _, at, _ in pairs):
-        raise argparse.ArgumentTypeError(f"got {text!r}, wants amplitude@frequency, as in 2@1,0.5@3")
+        raise argparse.ArgumentTypeError(
+            f"got {text!r}, wants amplitude@frequency, as in 2@1,0.5@3"
+        )
     return [(number(amplitude), number(frequency)) for amplitude, _, frequency in pairs]
 
 

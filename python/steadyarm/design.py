@@ -71,7 +71,10 @@ class DesignReport:
             lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(f"{z:.4g}" for z in poles))
         verdict = "go ahead" if self.sound else "do not run this"
         if self.findings:
-            lines += ["", f"Verdict: {verdict}, but know that" if self.sound else f"Verdict: {verdict}:"]
+            lines += [
+                "",
+                f"Verdict: {verdict}, but know that" if self.sound else f"Verdict: {verdict}:",
+            ]
             lines += [f"  - {finding}" for finding in self.findings]
         else:
             lines += ["", f"Verdict: {verdict}."]
@@ -88,8 +91,8 @@ def design(
     """Report what a controller with a compensator will do.
 
     The figures come from the linear model of a joint: while the inputs (e, ė) stay near zero, the
-    compensator is an integrator of strength k_I = gain |ξ(0)|². Its prediction of the steady error is
-    within 5 % of the simulation when k_I >= 60.
+    compensator is an integrator of strength k_I = gain |ξ(0)|². Its prediction of the steady error
+    is within 5 % of the simulation when k_I >= 60.
 
     Parameters
     ----------

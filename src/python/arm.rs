@@ -16,6 +16,9 @@ pub(super) struct PyTwoLink {
     pub arm: TwoLink,
 }
 
+/// The constructor's arguments.
+type Arguments = (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>);
+
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// The argument that a parameter of the core comes from.
@@ -66,7 +69,7 @@ impl PyTwoLink {
 
     /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.
     #[getter]
-    fn parameters(&self) -> (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>) {
+    fn parameters(&self) -> Arguments {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
         let Friction { viscous, coulomb, smoothing } = friction;
         let list = |x: &[f64; JOINTS]| x.to_vec();

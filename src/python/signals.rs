@@ -15,6 +15,7 @@ use crate::plant::Disturbance;
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+type Amplitudes = Vec<[f64; JOINTS]>;
 type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
 
 /// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a disturbance [N·m].
@@ -25,7 +26,7 @@ type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
 #[derive(Clone)]
 pub(super) struct PySines {
     sines: Sines<JOINTS, Vec<Harmonic<JOINTS>>>,
-    arguments: (Vec<f64>, Vec<[f64; JOINTS]>, Vec<[f64; JOINTS]>, [f64; JOINTS]),
+    arguments: (Vec<f64>, Amplitudes, Amplitudes, [f64; JOINTS]),
 }
 
 #[pymethods]
@@ -43,7 +44,7 @@ impl PySines {
             return Err(wrong_shape("frequency", &frequencies.shape, "a scalar or (K,)"));
         }
         let count = frequencies.values.len();
-        let amplitudes = |value: Option<Any<'_, '_>>, name| -> PyResult<Vec<[f64; JOINTS]>> {
+        let amplitudes = |value: Option<Any<'_, '_>>, name| -> PyResult<Amplitudes> {
             let Some(value) = value else { return Ok(vec![[0.0; JOINTS]; count]) };
             if frequencies.shape.is_empty() {
                 return Ok(vec![joints(value, name)?]);

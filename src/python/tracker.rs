@@ -128,6 +128,7 @@ impl PyComputedTorque {
     ///
     /// q, q_d [rad], dq, dq_d [rad/s], ddq_d [rad/s²]: (2,). A sample that is refused (ValueError) changes nothing.
     #[inline]
+    #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn step<'py>(
         &mut self,
         py: Python<'py>,

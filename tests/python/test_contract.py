@@ -35,7 +35,14 @@ def test_the_pieces_fit_together_as_documented(tmp_path: Path) -> None:
     tracker.reset()
     plant = sa.Plant(actual(), disturbance=sa.paper.disturbance())
     run = sa.simulate(
-        plant, tracker, sa.paper.reference(), duration=2.0, dt=1e-3, method="rk4", q0=0.1, dq0=(0, 0)
+        plant,
+        tracker,
+        sa.paper.reference(),
+        duration=2.0,
+        dt=1e-3,
+        method="rk4",
+        q0=0.1,
+        dq0=(0, 0),
     )
     assert run.status.finished
     assert run.t.shape == (2001,)

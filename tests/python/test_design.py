@@ -26,7 +26,9 @@ def test_figures_are_those_of_the_equation() -> None:
     assert np.allclose(report.gamma_opt, solution.gamma_opt, rtol=1e-9)
     assert np.allclose(report.max_scale, solution.max_scale, rtol=1e-9)
     assert np.allclose(report.max_real, solution.max_real, rtol=1e-9)
-    assert np.allclose([report.p11[0], report.p12[0], report.p22[0]], solution.P[[0, 0, 2], [0, 2, 2]])
+    assert np.allclose(
+        [report.p11[0], report.p12[0], report.p22[0]], solution.P[[0, 0, 2], [0, 2, 2]]
+    )
     assert report.poles.shape == (2, 3)
     assert not report.findings
     assert str(report).endswith("Verdict: go ahead.")
