@@ -2,13 +2,15 @@
 //!
 //! The lanes are added in a fixed order and nothing is fused, so every instruction set gives the same bits.
 
+use core::array;
+
 use multiversion::multiversion;
 
 /// Rows of weights are whole multiples of this long.
 pub(crate) const LANES: usize = 8;
 
-/// Lanes of columns that are summed side by side.
-const GROUP: usize = 4;
+/// Rows of weights that are summed side by side.
+const ROWS: usize = 5;
 
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
@@ -163,34 +165,33 @@ pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64], out: &mut [f64]) {
     let (weights, v) = (weights.as_chunks::<LANES>().0, v.as_chunks::<LANES>().0);
     for (w, out) in weights.chunks_exact(u.len() * v.len()).zip(out) {
         let mut total = [0.0; LANES];
-        let mut first = 0;
-        while first + GROUP <= v.len() {
-            columns::<GROUP>(w, u, v, first, &mut total);
-            first += GROUP;
+        let (groups, rest) = u.as_chunks::<ROWS>();
+        let (blocks, last) = w.split_at(groups.len() * ROWS * v.len());
+        for (block, u) in blocks.chunks_exact(ROWS * v.len()).zip(groups) {
+            rows(block, u, v, &mut total);
         }
-        while first < v.len() {
-            columns::<1>(w, u, v, first, &mut total);
-            first += 1;
+        for (row, u) in last.chunks_exact(v.len()).zip(rest) {
+            rows(row, &[*u], v, &mut total);
         }
-        *out = sum_lanes(&total);
+        *out = add_lanes(&total);
     }
 }
 
-/// Adds the share of `G` lanes of columns.
+/// Adds the share of `R` rows.
 #[inline(always)]
-fn columns<const G: usize>(w: &[Lanes], u: &[f64], v: &[Lanes], first: usize, total: &mut Lanes) {
-    let mut sums = [[0.0; LANES]; G];
-    for (a, scale) in u.iter().enumerate() {
-        let at = a * v.len() + first;
-        for (sum, w) in sums.iter_mut().zip(&w[at..at + G]) {
+fn rows<const R: usize>(w: &[Lanes], u: &[f64; R], v: &[Lanes], total: &mut Lanes) {
+    let w: [&[Lanes]; R] = array::from_fn(|r| &w[r * v.len()..(r + 1) * v.len()]);
+    let mut sums = [[0.0; LANES]; R];
+    for (i, x) in v.iter().enumerate() {
+        for (sum, row) in sums.iter_mut().zip(&w) {
             for lane in 0..LANES {
-                sum[lane] += scale * w[lane];
+                sum[lane] += row[i][lane] * x[lane];
             }
         }
     }
-    for (sum, x) in sums.iter().zip(&v[first..first + G]) {
+    for (sum, scale) in sums.iter().zip(u) {
         for lane in 0..LANES {
-            total[lane] += sum[lane] * x[lane];
+            total[lane] += scale * sum[lane];
         }
     }
 }
@@ -321,7 +322,7 @@ pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
     sum_lanes(&sum)
 }
 
-/// The sum of squares. A call of its own, so that their lanes stay in whole registers up to here.
+/// Sums lanes. A call of its own, so that they stay in whole registers up to here.
 #[inline(never)]
 fn add_lanes(x: &Lanes) -> f64 {
     sum_lanes(x)
