@@ -95,8 +95,9 @@ fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
     if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
         return Some(Cause::Reference);
     }
-    if q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED || v.is_nan()) {
+    if q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED) {
         return Some(Cause::Motion);
     }
-    (!finite(&at.rho)).then_some(Cause::Acceleration)
+    // A motion that is no number comes from an acceleration that was none.
+    (!(finite(q) && finite(dq) && finite(&at.rho))).then_some(Cause::Acceleration)
 }

@@ -1,0 +1,267 @@
+"""Files and bytes: what was saved comes back, anything else is an error and changes nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import sys
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import steadyarm as sa
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scenes import drive, nominal, run, samples, tracker
+
+FIELDS = tuple(sa.Run.__dataclass_fields__)
+
+
+def plain() -> sa.ComputedTorque:
+    return sa.ComputedTorque(nominal(), 8, 5.5, effort_rate_limit=100.0)
+
+
+def equal(one: sa.Run, other: sa.Run) -> bool:
+    for name in FIELDS:
+        a, b = getattr(one, name), getattr(other, name)
+        if isinstance(a, np.ndarray):
+            if a.dtype != b.dtype or a.shape != b.shape or a.tobytes() != b.tobytes():
+                return False
+        elif a != b:
+            return False
+    return True
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: run(tracker()),
+        lambda: run(tracker(), control_period=1e-3),
+        lambda: run(plain(), control_period=1e-3),
+        lambda: run(tracker("concat", False, gain=7000), control_period=0.1, duration=5.0),
+        lambda: run(tracker(), q0=1e7),
+    ],
+    ids=["continuous", "sampled", "without compensator", "diverged", "empty"],
+)
+def test_run_comes_back_as_it_was_saved(make: Any, tmp_path: Path) -> None:
+    record = make()
+    path = tmp_path / "run of today"
+    record.save(path)
+    assert equal(sa.Run.load(path), record)
+    assert equal(sa.Run.load(str(path)), record)
+    assert equal(pickle.loads(pickle.dumps(record)), record)
+    assert os.listdir(tmp_path) == ["run of today"]
+    if len(record.t):
+        np.testing.assert_equal(vars(sa.Run.load(path).metrics()), vars(record.metrics()))
+
+
+def test_missing_file_is_file_not_found(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError):
+        sa.Run.load(tmp_path / "none")
+    with pytest.raises(FileNotFoundError, match="none"):
+        tracker().load(tmp_path / "none")
+    for save in (run(tracker()).save, tracker().save):
+        with pytest.raises(FileNotFoundError, match="none"):
+            save(tmp_path / "none" / "file")
+
+
+@pytest.mark.parametrize("size", [0, 1, 100, 1000, -1])
+def test_cut_run_file_is_an_error(size: int, tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    run(tracker()).save(path)
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(ValueError, match=r"^path: got .*run\.npz, wants a file from Run\.save"):
+        sa.Run.load(path)
+
+
+def test_run_file_of_something_else_is_an_error(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    for content in (b"hello", b"PK\x03\x04" + bytes(100), pickle.dumps([1])):
+        path.write_bytes(content)
+        with pytest.raises(ValueError, match="wants a file from Run.save"):
+            sa.Run.load(path)
+    np.savez(path, q=np.zeros(3))
+    with pytest.raises(ValueError, match="wants a file from Run.save"):
+        sa.Run.load(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"meta": np.array(json.dumps({"format": 99}))},
+        {"meta": np.array("[]")},
+        {"q": np.zeros((3, 2))},
+        {"q": np.zeros((11, 2), dtype=np.float32)},
+        {"t": np.zeros((11, 1))},
+        {"weights": np.zeros((3, 625))},
+        {"surplus": np.zeros(3)},
+        {"V": np.array([None] * 11, dtype=object)},
+        {"q": None},
+        {"meta": None},
+    ],
+    ids=lambda change: "-".join(change),
+)
+def test_changed_run_file_is_an_error(change: dict[str, Any], tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    run(tracker(), duration=0.01).save(path)
+    assert equal(sa.Run.load(path), run(tracker(), duration=0.01))
+    with np.load(path) as archive:
+        arrays = {name: archive[name] for name in archive.files} | change
+    np.savez(path, **{name: value for name, value in arrays.items() if value is not None})
+    with pytest.raises(ValueError, match=r"^path: got .*, wants a file from Run\.save \("):
+        sa.Run.load(path)
+
+
+def test_flipped_byte_in_a_run_file_is_an_error_or_harmless(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    record = run(tracker(), duration=0.01)
+    record.save(path)
+    intact = path.read_bytes()
+    for at in range(0, len(intact), max(1, len(intact) // 300)):
+        path.write_bytes(intact[:at] + bytes([intact[at] ^ 0x40]) + intact[at + 1 :])
+        try:
+            loaded = sa.Run.load(path)
+        except ValueError as error:
+            assert str(error).startswith("path: got")
+        else:
+            assert equal(loaded, record)
+
+
+def test_object_arrays_are_never_unpickled(tmp_path: Path) -> None:
+    path, fired = tmp_path / "run.npz", tmp_path / "fired"
+
+    class Bomb:
+        def __reduce__(self) -> tuple[Any, ...]:
+            return (Path.touch, (fired,))
+
+    run(tracker(), duration=0.01).save(path)
+    with np.load(path) as archive:
+        arrays = {name: archive[name] for name in archive.files}
+    np.savez(path, **(arrays | {"q": np.array([Bomb()], dtype=object)}))
+    with pytest.raises(ValueError, match=r"wants a file from Run\.save"):
+        sa.Run.load(path)
+    assert not fired.exists()
+    assert zipfile.is_zipfile(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/full")
+def test_full_disk_is_an_error_and_keeps_the_old_file() -> None:
+    for save in (run(tracker(), duration=0.01).save,):
+        with pytest.raises(OSError, match="No space left"):
+            save("/dev/full")
+
+
+def test_failed_save_keeps_the_old_file(tmp_path: Path) -> None:
+    path = tmp_path / "state"
+    controller = tracker()
+    controller.save(path)
+    old = path.read_bytes()
+    tmp_path.chmod(0o555)
+    try:
+        if os.access(tmp_path, os.W_OK):
+            pytest.skip("this user may write anywhere")
+        for save in (controller.save, run(controller, duration=0.01).save):
+            with pytest.raises(PermissionError):
+                save(path)
+        assert path.read_bytes() == old
+    finally:
+        tmp_path.chmod(0o755)
+
+
+@pytest.mark.parametrize("make", [tracker, plain], ids=["fuzzy", "plain"])
+def test_saved_tracker_goes_on_with_the_same_bits(make: Any, tmp_path: Path) -> None:
+    controller, other = make(), make()
+    path = tmp_path / "state"
+    drive(controller, samples(100))
+    controller.save(path)
+    drive(other, samples(7, seed=5))
+    other.load(str(path))
+    assert other.steps == 100
+    assert other.tau_model is None
+    ahead = samples(1000, seed=2)
+    assert drive(other, ahead).tobytes() == drive(controller, ahead).tobytes()
+    assert os.listdir(tmp_path) == ["state"]
+    controller.save(path)
+    other.load(path)
+    assert other.steps == 1100
+
+
+def assert_refused(
+    controller: sa.ComputedTorque, content: bytes, path: Path, why: str = ""
+) -> None:
+    """Both ways in refuse the bytes, and nothing changes."""
+    before = controller.__getstate__()
+    with pytest.raises(ValueError, match=why):
+        controller.__setstate__(content)
+    path.write_bytes(content)
+    with pytest.raises(ValueError, match=r"^path: got .*state, wants a file of this controller \("):
+        controller.load(path)
+    assert controller.__getstate__() == before
+
+
+@pytest.mark.parametrize("make", [lambda: tracker("concat"), plain], ids=["fuzzy", "plain"])
+def test_cut_state_is_refused(make: Any, tmp_path: Path) -> None:
+    controller = make()
+    drive(controller, samples(3))
+    saved = controller.__getstate__()
+    for size in {*range(0, len(saved), 13), len(saved) - 1}:
+        assert_refused(controller, saved[:size], tmp_path / "state", "^saved state: it")
+    assert_refused(controller, saved + b"\0", tmp_path / "state", "checksum")
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@given(st.integers(0, 10**9), st.integers(1, 255))
+def test_changed_state_is_refused(at: int, flip: int, tmp_path: Path) -> None:
+    controller = tracker("concat")
+    drive(controller, samples(3))
+    saved = bytearray(controller.__getstate__())
+    saved[at % len(saved)] ^= flip
+    assert_refused(controller, bytes(saved), tmp_path / "state", "^saved state: its?")
+
+
+def test_state_of_another_version_is_refused(tmp_path: Path) -> None:
+    controller = tracker("concat")
+    saved = bytearray(controller.__getstate__())
+    saved[11] += 1
+    why = "not saved by this version of steadyarm"
+    assert_refused(controller, bytes(saved), tmp_path / "state", why)
+
+
+@pytest.mark.parametrize("name", ["shared", "grid", "per_joint", "plain"])
+def test_state_of_another_controller_is_refused(name: str, tmp_path: Path) -> None:
+    controller = plain() if name == "plain" else tracker(name)
+    other = tracker("concat")
+    drive(controller, samples(3))
+    assert_refused(other, controller.__getstate__(), tmp_path / "state", "^rules: got")
+    assert_refused(controller, other.__getstate__(), tmp_path / "state", "^rules: got")
+
+
+def test_prior_is_refused_by_a_controller_that_has_no_use_for_it(tmp_path: Path) -> None:
+    leaky, firm = tracker("concat", leak_rate=0.1), tracker("concat")
+    leaky.warm_start(np.ones((2, 20)))
+    why = "it belongs to a controller with other modifications"
+    assert_refused(firm, leaky.__getstate__(), tmp_path / "state", why)
+
+
+@pytest.mark.parametrize("value", [None, 3, "bytes", bytearray(5), [1]], ids=repr)
+def test_state_that_is_no_bytes_is_refused(value: Any) -> None:
+    with pytest.raises(TypeError, match=r"^saved state: got \w+, wants bytes"):
+        tracker().__setstate__(value)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/zero")
+def test_endless_file_is_refused() -> None:
+    with pytest.raises(ValueError, match="^path: got /dev/zero, wants a file of at most"):
+        tracker().load("/dev/zero")
+
+
+def test_directory_is_an_os_error(tmp_path: Path) -> None:
+    for load in (sa.Run.load, tracker().load):
+        with pytest.raises(OSError, match=tmp_path.name):
+            load(tmp_path)
+    with pytest.raises(OSError, match=tmp_path.name):
+        tracker().save(tmp_path)
+    assert list(tmp_path.parent.glob("*.tmp")) == []
