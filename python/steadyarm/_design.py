@@ -21,7 +21,7 @@ def add_design(commands: Commands) -> None:
         "design",
         "before you run it: will it help, will it be stable, how fast must the loop be?",
         "Report what a controller with a compensator will do, from its gains, Q, gamma, basis and\n"
-        "gain, the period and the delay of the loop. What you do not give is the paper's simulation 3.\n"
+        "gain, the period and the delay of the loop. What you do not give is the paper's.\n"
         "The verdict is in words; the exit code is 1 if it says not to run this.",
         _design,
     )
