@@ -15,3 +15,14 @@ html_theme = "furo"
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+# One name may belong to several classes: `rules`, `P`.
+suppress_warnings = ["ref.python"]
+
+
+def setup(app):
+    """Let docstrings write a norm as |W|, which reStructuredText takes for a substitution."""
+
+    def escape(app, what, name, thing, options, lines):
+        lines[:] = [line.replace("|", r"\|") for line in lines]
+
+    app.connect("autodoc-process-docstring", escape, priority=100)
