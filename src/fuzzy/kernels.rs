@@ -228,9 +228,7 @@ fn add<const K: usize>(weights: &mut [f64], terms: &[Term<'_>; K]) -> Lanes {
     let mut rows = weights.chunks_exact_mut(columns).enumerate();
     while let Some((a, row)) = rows.next() {
         if let Some((b, other)) = rows.next() {
-            add_rows(row, other, [scales(a), scales(b)], &v);
-            square(row, &mut squares);
-            square(other, &mut squares);
+            add_rows(row, other, [scales(a), scales(b)], &v, &mut squares);
         } else {
             add_row(row, scales(a), &v);
             square(row, &mut squares);
@@ -245,6 +243,7 @@ fn add_rows<const K: usize>(
     other: &mut [f64],
     scales: [[f64; K]; 2],
     v: &[&[f64]; K],
+    squares: &mut Lanes,
 ) {
     let v = v.map(|v| v.as_chunks::<LANES>().0);
     let mut rows = [row, other].map(|row| row.as_chunks_mut::<LANES>().0);
@@ -257,6 +256,9 @@ fn add_rows<const K: usize>(
                 }
             }
             row[i] = w;
+            for lane in 0..LANES {
+                squares[lane] += w[lane] * w[lane];
+            }
         }
     }
 }
