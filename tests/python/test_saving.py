@@ -79,10 +79,10 @@ def test_run_file_of_something_else_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     for content in (b"hello", b"PK\x03\x04" + bytes(100), pickle.dumps([1])):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="wants a file from Run.save"):
+        with pytest.raises(ValueError, match=r"wants a file from Run\.save"):
             sa.Run.load(path)
     np.savez(path, q=np.zeros(3))
-    with pytest.raises(ValueError, match="wants a file from Run.save"):
+    with pytest.raises(ValueError, match=r"wants a file from Run\.save"):
         sa.Run.load(path)
 
 
@@ -252,7 +252,7 @@ def test_state_that_is_no_bytes_is_refused(value: Any) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/zero")
 def test_endless_file_is_refused() -> None:
-    with pytest.raises(ValueError, match="^path: got /dev/zero, wants a file of at most"):
+    with pytest.raises(ValueError, match=r"^path: got /dev/zero, wants a file of at most"):
         tracker().load("/dev/zero")
 
 
