@@ -1,4 +1,4 @@
-"""The compiled core. Everything here but `simulate`, `design` and `metrics` is exported by `steadyarm`.
+"""The compiled core; all of it but `simulate`, `design` and `metrics` is exported by `steadyarm`.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
 type, order and stride; they are copied, and what comes back is always a new float64 array. Where a

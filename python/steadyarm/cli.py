@@ -190,7 +190,7 @@ def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
         print(f"running {len(cases)} simulations of 40 s", file=sys.stderr)
         yield from cases
         return
-    from tqdm import tqdm
+    from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
     bar: Iterable[reproduction.Case] = tqdm(cases, unit="run", leave=False, file=sys.stderr)
     yield from bar

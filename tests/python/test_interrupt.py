@@ -25,11 +25,13 @@ def callback(t):
     return scene.reference(t)
 def disturbance(q, dq, t):
     return zero
+disturbed = sa.Plant(sa.paper.actual(), disturbance)
 """
 
 REPORT = """
 print(run.status.kind, 0 < run.status.t < 90000, len(run.t) > 1, str(run.status))
-print(all(np.isfinite(getattr(run, name)).all() for name in ("t", "q", "dq", "tau", "weights", "V") if getattr(run, name) is not None))
+arrays = [getattr(run, name) for name in ("t", "q", "dq", "tau", "weights", "V")]
+print(all(np.isfinite(array).all() for array in arrays if array is not None))
 again = sa.simulate(scene.plant, scene.tracker, scene.reference, 0.01)
 print(again.status.kind)
 """
@@ -39,7 +41,7 @@ RUNS = {
     "error control": "scene.plant, scene.tracker, scene.reference, 90000.0, method='dp54'",
     "sampled": "scene.plant, scene.tracker, scene.reference, 90000.0, control_period=1e-3",
     "reference callback": "scene.plant, scene.tracker, callback, 90000.0",
-    "disturbance callback": "sa.Plant(sa.paper.actual(), disturbance), scene.tracker, scene.reference, 90000.0",
+    "disturbance callback": "disturbed, scene.tracker, scene.reference, 90000.0",
 }
 
 
@@ -47,7 +49,8 @@ RUNS = {
 @pytest.mark.parametrize("name", RUNS)
 def test_interrupted_run_returns_what_there_is(name: str) -> None:
     # The progress bar shows that the run is on its way: it is drawn from inside the loop.
-    code = f"{START}\nready()\nrun = sa.simulate({RUNS[name]}, record_every=1000, progress=True)\n{REPORT}"
+    call = f"sa.simulate({RUNS[name]}, record_every=1000, progress=True)"
+    code = f"{START}\nready()\nrun = {call}\n{REPORT}"
     child = subprocess.Popen(
         [sys.executable, "-u", "-c", code],
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""The same bits: simulate or a loop by hand, again, in threads, in processes, after pickling, on every machine."""
+"""The same bits: in a loop by hand, again, in threads, in processes, pickled, on every machine."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def test_processes_have_the_bits_of_this_one(start: str) -> None:
 
 
 def test_final_state_has_its_golden_hash() -> None:
-    """625 rules, normalised, gain 7000, q0 = (0.5, -0.5), RK4 of 1 ms for 5 s: q, dq, tau, V, W at the end."""
+    """625 rules, normalised, gain 7000, q0 = (0.5, -0.5), RK4 of 1 ms, 5 s: last q dq tau V W."""
     if not RUST_TESTS.exists():
         pytest.skip("the golden hashes stand in the source tree")
     (golden,) = re.findall(r"const CONTINUOUS: u64 = (0x[0-9a-f_]+);", RUST_TESTS.read_text())

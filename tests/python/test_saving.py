@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 import steadyarm as sa
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
 from scenes import drive, nominal, run, samples, tracker
 
 FIELDS = tuple(sa.Run.__dataclass_fields__)
@@ -81,10 +79,10 @@ def test_run_file_of_something_else_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     for content in (b"hello", b"PK\x03\x04" + bytes(100), pickle.dumps([1])):
         path.write_bytes(content)
-        with pytest.raises(ValueError, match="wants a file from Run.save"):
+        with pytest.raises(ValueError, match=r"wants a file from Run\.save"):
             sa.Run.load(path)
     np.savez(path, q=np.zeros(3))
-    with pytest.raises(ValueError, match="wants a file from Run.save"):
+    with pytest.raises(ValueError, match=r"wants a file from Run\.save"):
         sa.Run.load(path)
 
 
@@ -212,14 +210,14 @@ def test_cut_state_is_refused(make: Any, tmp_path: Path) -> None:
     assert_refused(controller, saved + b"\0", tmp_path / "state", "checksum")
 
 
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
-@given(st.integers(0, 10**9), st.integers(1, 255))
-def test_changed_state_is_refused(at: int, flip: int, tmp_path: Path) -> None:
+def test_changed_state_is_refused(tmp_path: Path) -> None:
     controller = tracker("concat")
     drive(controller, samples(3))
-    saved = bytearray(controller.__getstate__())
-    saved[at % len(saved)] ^= flip
-    assert_refused(controller, bytes(saved), tmp_path / "state", "^saved state: its?")
+    saved = controller.__getstate__()
+    for at in range(len(saved)):
+        changed = bytearray(saved)
+        changed[at] ^= 1 << at % 8
+        assert_refused(controller, bytes(changed), tmp_path / "state", "^saved state: it")
 
 
 def test_state_of_another_version_is_refused(tmp_path: Path) -> None:
@@ -254,7 +252,7 @@ def test_state_that_is_no_bytes_is_refused(value: Any) -> None:
 
 @pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/zero")
 def test_endless_file_is_refused() -> None:
-    with pytest.raises(ValueError, match="^path: got /dev/zero, wants a file of at most"):
+    with pytest.raises(ValueError, match=r"^path: got /dev/zero, wants a file of at most"):
         tracker().load("/dev/zero")
 
 
