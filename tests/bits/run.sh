@@ -6,7 +6,7 @@ target="${CARGO_TARGET_DIR:-../../target}/bits"
 
 run() {
     echo "golden bits, built for $1"
-    RUSTFLAGS="-C target-cpu=$1" "${CARGO:-cargo}" test --quiet --release --target-dir "$target/$1"
+    RUSTFLAGS="-C target-cpu=$1" "${CARGO:-cargo}" test --quiet --locked --release --target-dir "$target/$1"
 }
 
 has() {

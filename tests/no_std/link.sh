@@ -7,7 +7,7 @@ target=${CARGO_TARGET_DIR:-$here/../../target}
 build=$target/no_std
 mkdir -p "$build"
 
-CARGO_TARGET_DIR=$build cargo build --quiet --release --manifest-path "$here/Cargo.toml"
+CARGO_TARGET_DIR=$build cargo build --quiet --locked --release --manifest-path "$here/Cargo.toml"
 "${CC:-cc}" -std=c99 -Wall -Werror -O1 "$here/main.c" "$build/release/libsteadyarm_no_std.a" -lm \
     -o "$build/main"
 without=$("$build/main")
