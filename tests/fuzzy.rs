@@ -271,6 +271,18 @@ fn samples_that_do_not_determine_the_weights_need_a_ridge() {
 }
 
 #[test]
+fn known_weights_give_back_the_fitted_function() {
+    let fitted = approximator(6, 1e-9, 40).unwrap();
+    let (basis, weights) = (fitted.basis().clone(), fitted.weights().to_vec());
+    let copy = FuzzyApproximator::from_weights(basis.clone(), weights).unwrap();
+    let x = [-0.7, 0.1, 0.9];
+    assert_eq!(copy.evaluate(&x), fitted.evaluate(&x));
+    let refusal = |weights| FuzzyApproximator::from_weights(basis.clone(), weights).unwrap_err();
+    assert_eq!(refusal(vec![0.0; 5]).to_string(), "weights: got 5 entries, wants 6");
+    assert_eq!(refusal(Vec::new()).to_string(), "weights: got 0 entries, wants 6");
+}
+
+#[test]
 fn every_bad_argument_of_a_fit_is_refused_by_name() {
     let basis = basis(Form::Grid, true, &papers_sets(2));
     let refusal = |x: &[f64], y: &[f64], outputs, ridge| {

@@ -209,6 +209,9 @@ class FuzzyApproximator:
         ``x`` (T, inputs), ``y`` (T, outputs), ``ridge`` >= 0; at most 4096 rules. Raises ValueError
         naming the argument; ``ridge`` if it is too small for the samples to determine W.
         """
+    @staticmethod
+    def from_weights(basis: FuzzyBasis, inputs: int, weights: ArrayLike) -> FuzzyApproximator:
+        """Use known weights (outputs, rules) over this many inputs. Raises ValueError naming them."""
     @property
     def weights(self) -> _Array:
         """W, (outputs, rules)."""
@@ -217,6 +220,7 @@ class FuzzyApproximator:
         """Number of rules."""
     def __call__(self, x: ArrayLike) -> _Array:
         """Y at every row of ``x``: (T, inputs) -> (T, outputs)."""
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
 @final
 class FuzzyCompensator:
@@ -514,6 +518,7 @@ class RiccatiSolution:
     @property
     def max_scale(self) -> float | None:
         """Q times anything smaller than this has a solution at this γ; None for `care`."""
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
 def bounded_real_riccati(
     A: ArrayLike, B: ArrayLike, Q: ArrayLike, gamma: float = 1.0

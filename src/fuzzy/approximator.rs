@@ -61,6 +61,20 @@ impl FuzzyApproximator {
         Ok(Self { work: basis.work_len(), basis, outputs, weights })
     }
 
+    /// y(x) = W ξ(x) with known weights, row-major (outputs × rules).
+    ///
+    /// # Errors
+    /// `weights`: not a whole number of rows, none, or not finite.
+    pub fn from_weights(basis: FuzzyBasis, weights: Vec<f64>) -> Result<Self> {
+        let (got, rules) = (weights.len(), basis.rules());
+        if got == 0 || !got.is_multiple_of(rules) {
+            let wanted = got.next_multiple_of(rules).max(rules);
+            return Err(Error::WrongLength { parameter: "weights", got, wanted });
+        }
+        finite("weights", &weights)?;
+        Ok(Self { work: basis.work_len(), basis, outputs: got / rules, weights })
+    }
+
     /// W, row-major (outputs × rules).
     pub fn weights(&self) -> &[f64] {
         &self.weights

@@ -18,6 +18,7 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 /// A fuzzy system as a function approximator, y(x) = W ξ(x), fitted to samples (eqs. 3, 5).
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
+    basis: PyFuzzyBasis,
     approximator: FuzzyApproximator,
 }
 
@@ -43,10 +44,24 @@ impl PyFuzzyApproximator {
             return Err(wrong_shape("y", &[rows, outputs], &format!("({samples}, outputs)")));
         }
         let ridge = scalar_or(ridge, 1e-10, "ridge")?;
-        let basis = basis.build(inputs, JOINTS)?;
+        let rules = basis.build(inputs, JOINTS)?;
         let approximator =
-            FuzzyApproximator::fit(basis, &x, &y, outputs, ridge).map_err(value_error)?;
-        Ok(Self { approximator })
+            FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
+        Ok(Self { basis, approximator })
+    }
+
+    /// y(x) = W ξ(x) over this many inputs with known weights (outputs, rules).
+    #[staticmethod]
+    fn from_weights(basis: Any<'_, '_>, inputs: usize, weights: Any<'_, '_>) -> PyResult<Self> {
+        let basis = basis_of(basis)?;
+        let rules = basis.build(inputs, JOINTS)?;
+        let wanted = format!("(outputs, {})", rules.rules());
+        let (outputs, columns, weights) = matrix(weights, "weights", &wanted)?;
+        if outputs == 0 || columns != rules.rules() {
+            return Err(wrong_shape("weights", &[outputs, columns], &wanted));
+        }
+        let approximator = FuzzyApproximator::from_weights(rules, weights).map_err(value_error)?;
+        Ok(Self { basis, approximator })
     }
 
     /// W, (outputs, rules).
@@ -72,6 +87,14 @@ impl PyFuzzyApproximator {
             self.approximator.evaluate(&x).map_err(value_error)?,
             self.approximator.outputs(),
         )
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, this) = (slf.py(), slf.get());
+        let basis = Py::new(py, this.basis.clone())?;
+        let arguments = (basis, this.approximator.basis().inputs(), this.weights(py)?);
+        let make = slf.get_type().getattr("from_weights")?;
+        Ok((make, arguments.into_pyobject(py)?.into_any()))
     }
 }
 

@@ -56,15 +56,27 @@ pub(super) struct PySolution {
     /// Largest real part of the closed-loop matrix [1/s], < 0.
     #[pyo3(get)]
     max_real: f64,
-    /// A, B, Q and γ of a bounded-real equation, for what is computed when asked.
-    problem: Option<(Problem, f64)>,
+    problem: Problem,
+    equation: Equation,
 }
 
+/// A, B with its zero columns, Q.
 struct Problem {
     states: usize,
     a: Vec<f64>,
     b: Vec<f64>,
     q: Vec<f64>,
+}
+
+/// What closes the equation.
+enum Equation {
+    BoundedReal {
+        gamma: f64,
+    },
+    /// R, with ones for the zero columns of B.
+    Care {
+        r: Vec<f64>,
+    },
 }
 
 #[pymethods]
@@ -79,14 +91,16 @@ impl PySolution {
     /// γ that was asked for; None for `care`.
     #[getter]
     fn gamma(&self) -> Option<f64> {
-        self.problem.as_ref().map(|(_, gamma)| *gamma)
+        if let Equation::BoundedReal { gamma } = self.equation { Some(gamma) } else { None }
     }
 
     /// The smallest γ with a solution (γ must be larger), found when asked for; None for `care`.
     #[getter]
     fn gamma_opt(&self) -> PyResult<Option<f64>> {
-        let Some((problem, _)) = &self.problem else { return Ok(None) };
-        for_size!(problem.states, smallest_gamma(problem)).map(Some)
+        if self.gamma().is_none() {
+            return Ok(None);
+        }
+        for_size!(self.states, smallest_gamma(&self.problem)).map(Some)
     }
 
     /// Q may be multiplied by less than this, at this γ; None for `care`.
@@ -94,6 +108,23 @@ impl PySolution {
     fn max_scale(&self) -> PyResult<Option<f64>> {
         let ratio = |(gamma, gamma_opt): (f64, f64)| (gamma / gamma_opt) * (gamma / gamma_opt);
         Ok(self.gamma().zip(self.gamma_opt()?).map(ratio))
+    }
+
+    /// Solves again: the same matrices give the same bits.
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let (py, Self { states, problem, equation, .. }) = (slf.py(), slf.get());
+        let array = |values: &[f64]| owned2(py, values.to_vec(), *states);
+        let (a, b, q) = (array(&problem.a)?, array(&problem.b)?, array(&problem.q)?);
+        let core = py.import("steadyarm._core")?;
+        Ok(match equation {
+            Equation::BoundedReal { gamma } => {
+                let arguments = (a, b, q, *gamma).into_pyobject(py)?.into_any();
+                (core.getattr("bounded_real_riccati")?, arguments)
+            }
+            Equation::Care { r } => {
+                (core.getattr("care")?, (a, b, q, array(r)?).into_pyobject(py)?.into_any())
+            }
+        })
     }
 
     fn __repr__(&self) -> String {
@@ -129,7 +160,8 @@ pub(super) fn bounded_real_riccati(
         residual,
         min_eigenvalue,
         max_real,
-        problem: Some((problem, gamma)),
+        problem,
+        equation: Equation::BoundedReal { gamma },
     })
 }
 
@@ -146,11 +178,20 @@ pub(super) fn care(
     R: Any<'_, '_>,
 ) -> PyResult<PySolution> {
     let (problem, inputs) = problem(A, B, Q)?;
-    let r = matrix_of(R, "R", inputs, inputs)?;
-    let (p, [residual, min_eigenvalue, max_real]) =
-        for_size!(problem.states, solve_care(&problem, &r, inputs))?;
     let states = problem.states;
-    Ok(PySolution { states, p, residual, min_eigenvalue, max_real, problem: None })
+    let r = padded_weight(&matrix_of(R, "R", inputs, inputs)?, inputs, states);
+    let (p, [residual, min_eigenvalue, max_real]) = for_size!(states, solve_care(&problem, &r))?;
+    let equation = Equation::Care { r };
+    Ok(PySolution { states, p, residual, min_eigenvalue, max_real, problem, equation })
+}
+
+/// R with ones for the inputs that B does not have.
+fn padded_weight(r: &[f64], inputs: usize, states: usize) -> Vec<f64> {
+    let entry = |i: usize, j: usize| match (i < inputs && j < inputs, i == j) {
+        (true, _) => r[i * inputs + j],
+        (false, diagonal) => f64::from(u8::from(diagonal)),
+    };
+    (0..states * states).map(|k| entry(k / states, k % states)).collect()
 }
 
 /// The matrices, with B padded by zero columns to a square one.
@@ -191,15 +232,9 @@ fn solve_bounded_real<const S: usize>(problem: &Problem, gamma: f64) -> PyResult
     certified::<S>(riccati::bounded_real(&square(a), &square::<S>(b), &square(q), gamma))
 }
 
-fn solve_care<const S: usize>(problem: &Problem, r: &[f64], inputs: usize) -> PyResult<Certified> {
+fn solve_care<const S: usize>(problem: &Problem, r: &[f64]) -> PyResult<Certified> {
     let Problem { a, b, q, .. } = problem;
-    let mut padded = SMatrix::<f64, S, S>::identity();
-    for (i, row) in r.chunks_exact(inputs.max(1)).enumerate() {
-        for (j, value) in row.iter().enumerate() {
-            padded[(i, j)] = *value;
-        }
-    }
-    certified::<S>(riccati::care(&square(a), &square::<S>(b), &square(q), &padded))
+    certified::<S>(riccati::care(&square(a), &square::<S>(b), &square(q), &square(r)))
 }
 
 fn smallest_gamma<const S: usize>(problem: &Problem) -> PyResult<f64> {

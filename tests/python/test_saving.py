@@ -263,3 +263,25 @@ def test_directory_is_an_os_error(tmp_path: Path) -> None:
     with pytest.raises(OSError, match=tmp_path.name):
         tracker().save(tmp_path)
     assert list(tmp_path.parent.glob("*.tmp")) == []
+
+
+def test_a_pickled_riccati_solution_is_the_same() -> None:
+    A, B = np.array([[0.0, 1.0], [-8.0, -5.5]]), np.array([[0.0], [1.0]])
+    for solution in (
+        sa.bounded_real_riccati(A, B, 10 * np.eye(2), gamma=0.7),
+        sa.care(A, B, 10 * np.eye(2), [[2.0]]),
+    ):
+        copy = pickle.loads(pickle.dumps(solution))
+        assert copy.P.tobytes() == solution.P.tobytes()
+        assert (copy.gamma, copy.gamma_opt) == (solution.gamma, solution.gamma_opt)
+        assert repr(copy) == repr(solution)
+
+
+def test_a_pickled_approximator_is_the_same() -> None:
+    x = np.linspace(-1, 1, 40)[:, None]
+    basis = sa.FuzzyBasis("grid", np.linspace(-1, 1, 6), 0.4)
+    fitted = sa.FuzzyApproximator.fit(basis, x, np.sin(3 * x))
+    copy = pickle.loads(pickle.dumps(fitted))
+    assert copy(x).tobytes() == fitted(x).tobytes()
+    with pytest.raises(ValueError, match=r"^weights: got shape \(1, 5\), wants \(outputs, 6\)"):
+        sa.FuzzyApproximator.from_weights(basis, 1, np.ones((1, 5)))
