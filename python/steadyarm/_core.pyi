@@ -211,7 +211,7 @@ class FuzzyApproximator:
         """
     @staticmethod
     def from_weights(basis: FuzzyBasis, inputs: int, weights: ArrayLike) -> FuzzyApproximator:
-        """Use known weights (outputs, rules) over this many inputs. Raises ValueError naming them."""
+        """Use known weights (outputs, rules) over ``inputs`` inputs. Raises ValueError."""
     @property
     def weights(self) -> _Array:
         """W, (outputs, rules)."""
