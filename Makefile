@@ -31,7 +31,7 @@ lint: $(VENV)/tools
 
 test-rust:
 	$(CARGO) test --locked
-	$(CARGO) test --locked $(NO_STD)
+	$(CARGO) test --locked $(NO_STD) --lib --tests
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
 
 no-std:

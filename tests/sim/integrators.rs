@@ -1,6 +1,6 @@
 //! Order conditions of the tableaus over all rooted trees (Butcher), and the orders that are observed.
 
-use super::common::{adaptive, run};
+use super::common::{FORMS, adaptive, run};
 use steadyarm::fuzzy::Form;
 use steadyarm::sim::{DP54, DP54_ERROR, Method, Options, RK4, Run, Tableau, Tolerance, dp54_dense};
 
@@ -168,5 +168,22 @@ fn dp54_error_falls_with_its_tolerance() {
     });
     for (pair, rtol) in errors.windows(2).zip([1e-4, 1e-6, 1e-8]) {
         assert!(pair[0] < 50.0 * rtol && pair[1] < 0.1 * pair[0], "{errors:?}");
+    }
+}
+
+#[test]
+fn rows_between_the_steps_of_dp54_know_the_weights_as_rows_of_rk4_do() {
+    let tolerance = Tolerance { rtol: 1e-10, atol: 1e-12 };
+    for form in FORMS {
+        let controller = adaptive(form, false, 7.0);
+        let options = Options { duration: 5.0, ..Options::default() };
+        let fixed = run(&controller, &options);
+        let dense = run(&controller, &Options { method: Method::Dp54(tolerance), ..options });
+        let largest = |a: &[f64], b: &[f64]| {
+            a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+                / b.iter().copied().fold(0.0, f64::max)
+        };
+        assert!(largest(&dense.weights_norm, &fixed.weights_norm) < 1e-6, "{form:?}");
+        assert!(largest(&dense.v, &fixed.v) < 1e-6, "{form:?}");
     }
 }
