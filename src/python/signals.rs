@@ -220,16 +220,17 @@ impl Callback {
     }
 }
 
-/// Any reference.
-pub(super) enum AnyReference {
+/// What a reference or a disturbance is made from.
+enum Source {
     Sines(Sines<JOINTS, Vec<Harmonic<JOINTS>>>),
     Quintic(Quintic<JOINTS>),
     Table(Table<JOINTS, Vec<f64>>),
     Callback(Callback),
 }
 
-impl AnyReference {
-    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
+impl Source {
+    /// `name` and `call` are for the message to a user who gave something else.
+    fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
         if let Ok(sines) = value.cast::<PySines>() {
             Ok(Self::Sines(sines.get().sines.clone()))
         } else if let Ok(quintic) = value.cast::<PyQuintic>() {
@@ -237,23 +238,36 @@ impl AnyReference {
         } else if let Ok(table) = value.cast::<PyTable>() {
             Ok(Self::Table(table.get().table.clone()))
         } else {
-            Ok(Self::Callback(Callback::new(value, "reference", "t -> (q_d, dq_d, ddq_d)")?))
+            Ok(Self::Callback(Callback::new(value, name, call)?))
         }
     }
 
-    pub fn callback(&self) -> Option<&Callback> {
+    fn callback(&self) -> Option<&Callback> {
         if let Self::Callback(callback) = self { Some(callback) } else { None }
+    }
+}
+
+/// Any reference.
+pub(super) struct AnyReference(Source);
+
+impl AnyReference {
+    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
+        Source::new(value, "reference", "t -> (q_d, dq_d, ddq_d)").map(Self)
+    }
+
+    pub fn callback(&self) -> Option<&Callback> {
+        self.0.callback()
     }
 }
 
 impl Reference<JOINTS> for AnyReference {
     #[inline]
     fn at(&self, t: f64) -> Setpoint<JOINTS> {
-        match self {
-            Self::Sines(sines) => sines.at(t),
-            Self::Quintic(quintic) => quintic.at(t),
-            Self::Table(table) => table.at(t),
-            Self::Callback(callback) => callback
+        match &self.0 {
+            Source::Sines(sines) => sines.at(t),
+            Source::Quintic(quintic) => quintic.at(t),
+            Source::Table(table) => table.at(t),
+            Source::Callback(callback) => callback
                 .call(Setpoint::at_rest(JointVector::repeat(f64::NAN)), |function| {
                     setpoint(&function.call1((t,))?)
                 }),
@@ -277,48 +291,39 @@ fn setpoint(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<JOINTS>> {
     })
 }
 
-/// Any disturbance.
-pub(super) enum AnyDisturbance {
-    None,
-    Sines(Sines<JOINTS, Vec<Harmonic<JOINTS>>>),
-    Quintic(Quintic<JOINTS>),
-    Table(Table<JOINTS, Vec<f64>>),
-    Callback(Callback),
-}
+/// Any disturbance, or none.
+pub(super) struct AnyDisturbance(Option<Source>);
 
 impl AnyDisturbance {
+    pub const NONE: Self = Self(None);
+
     pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
         if value.is_none() {
-            Ok(Self::None)
-        } else if let Ok(sines) = value.cast::<PySines>() {
-            Ok(Self::Sines(sines.get().sines.clone()))
-        } else if let Ok(quintic) = value.cast::<PyQuintic>() {
-            Ok(Self::Quintic(quintic.get().quintic))
-        } else if let Ok(table) = value.cast::<PyTable>() {
-            Ok(Self::Table(table.get().table.clone()))
-        } else {
-            Ok(Self::Callback(Callback::new(value, "disturbance", "(q, dq, t) -> tau_d")?))
+            return Ok(Self::NONE);
         }
+        Source::new(value, "disturbance", "(q, dq, t) -> tau_d").map(|source| Self(Some(source)))
     }
 
     pub fn callback(&self) -> Option<&Callback> {
-        if let Self::Callback(callback) = self { Some(callback) } else { None }
+        self.0.as_ref()?.callback()
     }
 }
 
 impl Disturbance<JOINTS> for AnyDisturbance {
     #[inline]
     fn torque(&self, q: &JointVector, dq: &JointVector, t: f64) -> JointVector {
-        match self {
-            Self::None => JointVector::zeros(),
-            Self::Sines(sines) => sines.value(t),
-            Self::Quintic(quintic) => quintic.at(t).q,
-            Self::Table(table) => table.at(t).q,
-            Self::Callback(callback) => callback.call(JointVector::repeat(f64::NAN), |function| {
-                let py = function.py();
-                let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
-                vector(&function.call1((q, dq, t))?, "disturbance")
-            }),
+        match &self.0 {
+            None => JointVector::zeros(),
+            Some(Source::Sines(sines)) => sines.value(t),
+            Some(Source::Quintic(quintic)) => quintic.at(t).q,
+            Some(Source::Table(table)) => table.at(t).q,
+            Some(Source::Callback(callback)) => {
+                callback.call(JointVector::repeat(f64::NAN), |function| {
+                    let py = function.py();
+                    let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
+                    vector(&function.call1((q, dq, t))?, "disturbance")
+                })
+            }
         }
     }
 }

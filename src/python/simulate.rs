@@ -52,7 +52,7 @@ impl PyPlant {
         let arm = arm.cast::<PyTwoLink>().map_err(|_| {
             PyTypeError::new_err(format!("arm: got {}, wants a TwoLink", type_name(arm)))
         })?;
-        let disturbance = disturbance.map_or(Ok(AnyDisturbance::None), AnyDisturbance::new)?;
+        let disturbance = disturbance.map_or(Ok(AnyDisturbance::NONE), AnyDisturbance::new)?;
         let mut plant = Plant::new(arm.get().arm, disturbance);
         if let Some(limit) = effort_limit {
             plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
