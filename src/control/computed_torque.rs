@@ -115,7 +115,8 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
     ///
     /// # Errors
     /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1 s. `tau`,
-    /// `weights`: the result would not be finite. On any error `state` is bit for bit as before.
+    /// `weights`: the result would not be finite. On any error all that later steps depend on is bit for bit as before;
+    /// only a refusal for `tau` or `weights`, which comes late, leaves other scratch memory behind.
     pub fn step<S>(
         &self,
         state: &mut State<N, S>,
