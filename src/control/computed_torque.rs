@@ -156,9 +156,9 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
     where
         C: Compensator<N, S>,
     {
+        let (mass, bias) = self.arm.mass_matrix_and_bias(&sample.q, &sample.dq);
         let v = self.gains.acceleration(sample);
         let rho_hat = self.compensator.estimate(state, stage, sample);
-        let (mass, bias) = self.arm.mass_matrix_and_bias(&sample.q, &sample.dq);
         let model = mass * v + bias;
         let compensation = -(mass * rho_hat);
         let wished = model + compensation;
