@@ -49,7 +49,7 @@ P_TOL = 1e-9
 
 # At this tolerance our error is not larger than SciPy's RK45 at rtol 1e-8, atol 1e-10: SciPy also
 # controls the error of the weights, which are no part of our integrator's state. Checked below.
-RTOL, ATOL = 3e-9, 3e-11
+RTOL, ATOL = 4.8e-9, 4.8e-11
 FINAL = {"record_every": STEPS}
 
 WIDTH = 56

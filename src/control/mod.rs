@@ -88,6 +88,12 @@ pub trait Compensator<const N: usize, S> {
     /// When the new state would not be finite; the state is then as before.
     fn advance(&self, state: &mut S, end: &Stage<'_>) -> Result<()>;
 
+    /// After [`advance`](Self::advance): makes stage `last`, which was at the end of the step, stage 0 of the next step.
+    /// False, as by default, if it cannot, or the state is not what it was there: the stage is then evaluated again.
+    fn carry(&self, _state: &mut S, _last: usize) -> bool {
+        false
+    }
+
     /// Forgets everything.
     fn reset(&self, state: &mut S);
 
@@ -130,6 +136,10 @@ impl<const N: usize> Compensator<N, ()> for NoCompensation {
 
     fn advance(&self, (): &mut (), _: &Stage<'_>) -> Result<()> {
         Ok(())
+    }
+
+    fn carry(&self, (): &mut (), _: usize) -> bool {
+        true
     }
 
     fn reset(&self, (): &mut ()) {}

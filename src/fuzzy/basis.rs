@@ -12,8 +12,12 @@
 //! with pᵢ the memberships of input i. A product grid is never written out: ξ = u ⊗ v with u over the leading
 //! and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one pass over W.
 
-use super::kernels::{LANES, Span, dot, expand, product_of_dots};
-use super::membership::{Lattice, Sets, exponentials, memberships};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::kernels::{LANES, Span, dot, kronecker};
+use super::lattice::{self, Lattice};
+use super::layout::Layout;
+use super::membership::{Sets, exponentials};
 use crate::error::{Error, Result, finite, within};
 use crate::math::sqrt;
 
@@ -26,8 +30,8 @@ pub const MAX_SETS: usize = 512;
 /// Most rules of a basis.
 pub const MAX_RULES: usize = 1 << 20;
 
-/// The trailing factor v of ξ = u ⊗ v is at most this long: it stays in the first-level cache.
-const MAX_INNER: usize = 256;
+/// Groups of inputs that are evaluated side by side at the most.
+const MAX_LATTICES: usize = 8;
 
 /// How sets combine to rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,28 +75,11 @@ pub struct FuzzyBasis {
     /// The sets of every input, block after block.
     factors: [Span; MAX_INPUTS],
     sets: Sets,
+    lattices: [Lattice; MAX_LATTICES],
+    /// Inputs that are in none of them.
+    off_lattice: [usize; MAX_INPUTS],
+    off_lattice_count: usize,
     layout: Layout,
-}
-
-/// Sizes of the factors of ξ = u ⊗ v.
-#[derive(Clone, Copy, Debug)]
-struct Layout {
-    /// Independent vectors ξ: one, or one a joint.
-    blocks: usize,
-    /// Inputs of a block.
-    inputs: usize,
-    /// Those that make up u.
-    leading: usize,
-    /// Length of u.
-    outer: usize,
-    /// Length of v.
-    inner: usize,
-    /// Length of v with its padding to whole lanes.
-    stride: usize,
-    /// Length of an evaluated block: v, u, each with room for one more run of lanes.
-    block: usize,
-    /// Length of an evaluated basis: its blocks, and the memberships that they are products of.
-    total: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,11 +88,10 @@ struct AxisRecord {
     span: Span,
     /// Start of its memberships in an evaluated basis.
     out: usize,
-    lattice: Option<Lattice>,
 }
 
 impl AxisRecord {
-    const NONE: Self = Self { span: Span::EMPTY, out: 0, lattice: None };
+    const NONE: Self = Self { span: Span::EMPTY, out: 0 };
 }
 
 /// One evaluated block of ξ = u ⊗ v; v is padded with zeros to whole lanes.
@@ -127,25 +113,42 @@ impl FuzzyBasis {
             return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
         }
         let mut records = [AxisRecord::NONE; MAX_INPUTS];
-        let mut sets = Sets::NONE;
+        let (mut sets, mut lattices) = (Sets::NONE, [Lattice::EMPTY; MAX_LATTICES]);
+        let (mut off_lattice, mut off_lattice_count) = ([0; MAX_INPUTS], 0);
         let (mut set_count, mut out) = (0, 0);
-        for (axis, record) in axes.iter().zip(&mut records) {
+        for (input, (axis, record)) in axes.iter().zip(&mut records).enumerate() {
             check_axis(axis)?;
             record.span = Span { first: set_count, len: axis.centers.len() };
             at_most("sets", set_count.saturating_add(record.span.len), MAX_SETS)?;
-            record.lattice = sets.write(record.span, axis.centers, axis.widths);
+            sets.write(record.span, axis.centers, axis.widths);
             record.out = out;
+            if !lattices.iter_mut().any(|it| it.take(input, out, axis.centers, axis.widths)) {
+                off_lattice[off_lattice_count] = input;
+                off_lattice_count += 1;
+            }
             out += if form.is_product() { record.span.lanes().len } else { record.span.len };
             set_count += record.span.len;
         }
         let inputs = axes.len();
-        let layout = Layout::new(form, &records[..inputs], out)?;
+        let counts = records.map(|record| record.span.len);
+        let layout = Layout::new(form, &counts[..inputs], out)?;
         let mut factors = [Span::EMPTY; MAX_INPUTS];
         for (i, record) in records[..inputs].iter().enumerate() {
             factors[i % layout.blocks * layout.inputs + i / layout.blocks] =
                 Span { first: record.out, ..record.span };
         }
-        Ok(Self { form, normalized, inputs, axes: records, factors, sets, layout })
+        Ok(Self {
+            form,
+            normalized,
+            inputs,
+            axes: records,
+            factors,
+            sets,
+            lattices,
+            off_lattice,
+            off_lattice_count,
+            layout,
+        })
     }
 
     /// How the sets combine.
@@ -183,7 +186,7 @@ impl FuzzyBasis {
         length("xi", xi.len(), self.rules())?;
         finite("x", x)?;
         let (activation, scratch) = work.split_at_mut(self.activation_len());
-        self.activate(x, scratch, activation);
+        Arch::new().dispatch(Activate { basis: self, x, scratch, activation });
         for (block, out) in xi.chunks_exact_mut(self.block_rules()).enumerate() {
             let Activation { u, v } = self.block(activation, block);
             for (row, a) in out.chunks_exact_mut(self.layout.inner).zip(u) {
@@ -237,7 +240,7 @@ impl FuzzyBasis {
 
     /// Length of the scratch memory of [`activate`](Self::activate).
     pub(crate) fn scratch_len(&self) -> usize {
-        self.layout.stride.max(self.layout.outer) + LANES
+        (self.layout.stride.max(self.layout.outer) + LANES).max(lattice::SCRATCH_LEN)
     }
 
     /// Block `block` of an evaluated basis.
@@ -248,33 +251,45 @@ impl FuzzyBasis {
         Activation { u: &u[..outer], v: &v[..stride] }
     }
 
-    /// ξ·ξ' in a block of two evaluated bases: a product of one sum an input.
-    #[inline]
-    pub(crate) fn dot(&self, left: &[f64], right: &[f64], block: usize) -> f64 {
+    /// ξ·ξ' in a block of two evaluated bases: for a product, one sum over the sets of each input.
+    #[inline(always)]
+    pub(crate) fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64], block: usize) -> f64 {
         if !self.form.is_product() {
-            return dot(self.block(left, block).v, self.block(right, block).v);
+            return dot(simd, self.block(left, block).v, self.block(right, block).v);
         }
         let memberships = self.layout.blocks * self.layout.block;
         let (left, right) = (&left[memberships..], &right[memberships..]);
-        product_of_dots(left, right, self.factors(block))
+        self.factors(block)
+            .iter()
+            .map(Span::lanes)
+            .fold(1.0, |product, lanes| product * dot(simd, lanes.of(left), lanes.of(right)))
     }
 
     /// Evaluates all blocks at a finite x.
-    pub(crate) fn activate(&self, x: &[f64], scratch: &mut [f64], activation: &mut [f64]) {
+    #[inline(always)]
+    pub(crate) fn activate<S: Simd>(
+        &self,
+        simd: S,
+        x: &[f64],
+        scratch: &mut [f64],
+        activation: &mut [f64],
+    ) {
         let Layout { blocks, leading, outer, stride, block: size, .. } = self.layout;
         if !self.form.is_product() {
             activation[stride + LANES] = 1.0;
             return match self.form {
                 Form::Shared => self.activate_shared(x, activation),
-                _ => self.memberships(x, activation),
+                _ => self.memberships(simd, x, scratch, activation),
             };
         }
         let (products, memberships) = activation.split_at_mut(blocks * size);
-        self.memberships(x, memberships);
-        for (block, place) in products.chunks_exact_mut(size).enumerate() {
-            let factors = self.factors(block).split_at(leading);
+        self.memberships(simd, x, scratch, memberships);
+        for block in 0..blocks {
+            let (leading, trailing) = self.factors(block).split_at(leading);
+            let place = &mut products[block * size..(block + 1) * size];
             let (v, u) = place.split_at_mut(stride + LANES);
-            expand(memberships, factors, (outer, u), (stride, v), scratch);
+            kronecker(simd, memberships, leading, outer, u, scratch);
+            kronecker(simd, memberships, trailing, stride, v, scratch);
         }
     }
 
@@ -284,12 +299,22 @@ impl FuzzyBasis {
         &self.factors[block * self.layout.inputs..(block + 1) * self.layout.inputs]
     }
 
-    #[inline]
-    fn memberships(&self, x: &[f64], out: &mut [f64]) {
-        for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            let out = Span { first: axis.out, ..axis.span.lanes() }.of_mut(out);
-            memberships(&self.sets, axis.span, axis.lattice.as_ref(), self.normalized, x, out);
+    #[inline(always)]
+    fn memberships<S: Simd>(&self, simd: S, x: &[f64], scratch: &mut [f64], out: &mut [f64]) {
+        for lattice in self.lattices.iter().take_while(|it| !it.is_empty()) {
+            if !lattice.memberships(simd, x, self.normalized, scratch, out) {
+                lattice.beyond(x).for_each(|input| self.general_memberships(input, x, out));
+            }
         }
+        for &input in &self.off_lattice[..self.off_lattice_count] {
+            self.general_memberships(input, x, out);
+        }
+    }
+
+    fn general_memberships(&self, input: usize, x: &[f64], out: &mut [f64]) {
+        let axis = &self.axes[input];
+        let out = Span { first: axis.out, len: axis.span.len }.of_mut(out);
+        self.sets.memberships(axis.span, self.normalized, x[input], out);
     }
 
     fn activate_shared(&self, x: &[f64], activation: &mut [f64]) {
@@ -303,64 +328,19 @@ impl FuzzyBasis {
     }
 }
 
-impl Layout {
-    fn new(form: Form, axes: &[AxisRecord], set_count: usize) -> Result<Self> {
-        match form {
-            Form::Grid => Self::grid(1, axes, set_count),
-            Form::PerJoint { joints } => {
-                if joints == 0 {
-                    return Err(Error::WrongLength { parameter: "joints", got: 0, wanted: 1 });
-                }
-                if !axes.len().is_multiple_of(joints) {
-                    let (got, wanted) = (axes.len(), axes.len().next_multiple_of(joints));
-                    return Err(Error::WrongLength { parameter: "inputs", got, wanted });
-                }
-                for (axis, own) in axes.iter().enumerate() {
-                    length("centers", own.span.len, axes[axis - axis % joints].span.len)?;
-                }
-                Self::grid(joints, axes, set_count)
-            }
-            Form::Shared => {
-                for axis in axes {
-                    length("centers", axis.span.len, axes[0].span.len)?;
-                }
-                Ok(Self::sized(1, axes.len(), 0, (1, axes[0].span.len), 0))
-            }
-            Form::Concat => Ok(Self::sized(1, axes.len(), 0, (1, set_count), 0)),
-        }
-    }
+struct Activate<'a> {
+    basis: &'a FuzzyBasis,
+    x: &'a [f64],
+    scratch: &'a mut [f64],
+    activation: &'a mut [f64],
+}
 
-    fn sized(
-        blocks: usize,
-        inputs: usize,
-        leading: usize,
-        (outer, inner): (usize, usize),
-        memberships: usize,
-    ) -> Self {
-        let stride = inner.next_multiple_of(LANES);
-        let block = stride + outer.next_multiple_of(LANES) + 2 * LANES;
-        let total = blocks * block + memberships.next_multiple_of(LANES);
-        Self { blocks, inputs, leading, outer, inner, stride, block, total }
-    }
+impl WithSimd for Activate<'_> {
+    type Output = ();
 
-    fn grid(blocks: usize, axes: &[AxisRecord], set_count: usize) -> Result<Self> {
-        let own = || axes.iter().step_by(blocks).map(|axis| axis.span.len);
-        let rules = own().try_fold(blocks, usize::checked_mul);
-        if rules.is_none_or(|rules| rules > MAX_RULES) {
-            return Err(Error::TooMany { parameter: "rules", got: rules, limit: MAX_RULES });
-        }
-        let inputs = axes.len() / blocks;
-        let (mut leading, mut inner) = (inputs, 1);
-        while leading > 0 {
-            let sets = axes[(leading - 1) * blocks].span.len;
-            if inner * sets > MAX_INNER && inner > 1 {
-                break;
-            }
-            inner *= sets;
-            leading -= 1;
-        }
-        let outer = own().take(leading).product();
-        Ok(Self::sized(blocks, inputs, leading, (outer, inner), set_count))
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.basis.activate(simd, self.x, self.scratch, self.activation);
     }
 }
 
@@ -382,6 +362,6 @@ fn at_most(parameter: &'static str, got: usize, limit: usize) -> Result<()> {
     if got > limit { Err(Error::TooMany { parameter, got: Some(got), limit }) } else { Ok(()) }
 }
 
-fn length(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
+pub(super) fn length(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::WrongLength { parameter, got, wanted }) }
 }

@@ -1,21 +1,20 @@
-//! The inner loops over rules: plain loops of 8 lanes, compiled for several instruction sets.
+//! The inner loops over rules, for whatever vector registers the machine has.
 //!
-//! The lanes are added in a fixed order and nothing is fused, so every instruction set gives the same bits.
+//! Sums run over 8 lanes, however many a register holds; the lanes are added in a fixed order and nothing is fused,
+//! so every instruction set gives the same bits.
 
 use core::array;
 
-use multiversion::multiversion;
+use pulp::{Arch, Simd, WithSimd};
 
 /// Rows of weights are whole multiples of this long.
 pub(crate) const LANES: usize = 8;
 
-/// Rows of weights that are summed side by side.
-const ROWS: usize = 5;
+/// Rows of weights that are summed, and terms that are added, side by side.
+const BATCH: usize = 5;
 
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
-
-type Lanes = [f64; LANES];
 
 /// One term c u vᵀ of a change of weights.
 #[derive(Clone, Copy)]
@@ -52,77 +51,13 @@ impl Span {
     }
 }
 
-/// out_j = scale tᵏ decay_j for the first `len` entries, zeros after them; without a scale, normalised to sum 1.
+/// out[..] = ⊗ factors, from the last factor to the first. Long rows are written in whole lanes; what a row writes too
+/// far, the next one, or the padding, covers. Zeros after it up to the length `padded`.
 ///
-/// `steps` holds 2|k|, plus 1 where k < 0, with `digits` binary digits in |k|. All slices are whole lanes.
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn powers(
-    (steps, decays): (&[u64], &[f64]),
-    digits: u32,
-    t: f64,
-    scale: Option<f64>,
-    (len, out): (usize, &mut [f64]),
-) {
-    let inverse = 1.0 / t;
-    let chunks = steps.as_chunks::<LANES>().0.iter().zip(decays.as_chunks::<LANES>().0);
-    for (i, ((steps, decays), out)) in chunks.zip(out.as_chunks_mut::<LANES>().0).enumerate() {
-        let mut base = [t; LANES];
-        for lane in 0..LANES {
-            base[lane] = select(steps[lane] & 1, inverse, t);
-        }
-        let mut power = *decays;
-        for digit in 1..=digits {
-            for lane in 0..LANES {
-                power[lane] *= select(steps[lane] >> digit & 1, base[lane], 1.0);
-                base[lane] *= base[lane];
-            }
-        }
-        for lane in 0..LANES {
-            out[lane] = if i * LANES + lane < len { power[lane] } else { 0.0 };
-        }
-    }
-    let scale = scale.unwrap_or_else(|| {
-        let mut sum = [0.0; LANES];
-        for out in out.as_chunks::<LANES>().0 {
-            for lane in 0..LANES {
-                sum[lane] += out[lane];
-            }
-        }
-        1.0 / sum_lanes(&sum)
-    });
-    for out in out.as_chunks_mut::<LANES>().0 {
-        for lane in 0..LANES {
-            out[lane] *= scale;
-        }
-    }
-}
-
-/// `one` for the digit 1, `zero` for 0, without a branch.
+/// `out` and `scratch` have room for one more run of lanes.
 #[inline(always)]
-fn select(digit: u64, one: f64, zero: f64) -> f64 {
-    let mask = digit.wrapping_neg();
-    f64::from_bits(one.to_bits() & mask | zero.to_bits() & !mask)
-}
-
-/// u and v, the products of the leading and of the trailing factors, each with its length; zeros up to that length.
-///
-/// `u`, `v` and `scratch` have room for one more run of lanes.
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn expand(
-    memberships: &[f64],
-    (leading, trailing): (&[Span], &[Span]),
-    (outer, u): (usize, &mut [f64]),
-    (stride, v): (usize, &mut [f64]),
-    scratch: &mut [f64],
-) {
-    kronecker(memberships, leading, outer, u, scratch);
-    kronecker(memberships, trailing, stride, v, scratch);
-}
-
-/// out[..] = ⊗ factors, from the last factor to the first. Rows are written in whole lanes; what a row writes too far,
-/// the next one, or the padding, covers.
-#[inline(always)]
-fn kronecker(
+pub(crate) fn kronecker<S: Simd>(
+    simd: S,
     memberships: &[f64],
     factors: &[Span],
     padded: usize,
@@ -133,15 +68,13 @@ fn kronecker(
         out[0] = 1.0;
         return;
     };
-    let (mut from, mut to) =
-        if others.len().is_multiple_of(2) { (out, scratch) } else { (scratch, out) };
+    let (mut from, mut to) = if others.len() % 2 == 0 { (out, scratch) } else { (scratch, out) };
     let mut len = last.len;
-    let width = last.lanes().len;
-    scale(1.0, last.lanes().of(memberships), &mut from[..width]);
+    from[..len].iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
     for factor in others.iter().rev() {
-        let width = len.next_multiple_of(LANES);
+        let width = if len < LANES { len } else { len.next_multiple_of(LANES) };
         for (row, p) in factor.of(memberships).iter().enumerate() {
-            scale(*p, &from[..width], &mut to[row * len..row * len + width]);
+            scale(simd, *p, &from[..width], &mut to[row * len..row * len + width]);
         }
         len *= factor.len;
         (from, to) = (to, from);
@@ -149,147 +82,154 @@ fn kronecker(
     from[len..padded].fill(0.0);
 }
 
-/// y = p x, in whole lanes.
+/// y = p x. What does not fill a register goes one by one: it was just written so, and a register could not yet be
+/// read from there.
 #[inline(always)]
-fn scale(p: f64, x: &[f64], y: &mut [f64]) {
-    for (x, y) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks_mut::<LANES>().0) {
-        for lane in 0..LANES {
-            y[lane] = p * x[lane];
-        }
+fn scale<S: Simd>(simd: S, p: f64, x: &[f64], y: &mut [f64]) {
+    if x.len() < LANES {
+        return y.iter_mut().zip(x).for_each(|(y, x)| *y = p * x);
+    }
+    let p = simd.splat_f64s(p);
+    for (x, y) in S::as_simd_f64s(x).0.iter().zip(S::as_mut_simd_f64s(y).0) {
+        *y = simd.mul_f64s(p, *x);
+    }
+}
+
+/// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
+struct Sum<S: Simd>([S::f64s; LANES]);
+
+impl<S: Simd> Sum<S> {
+    /// Registers that hold 8 lanes.
+    const PARTS: usize = LANES / S::F64_LANES;
+
+    #[inline(always)]
+    fn zero(simd: S) -> Self {
+        Self([simd.splat_f64s(0.0); LANES])
+    }
+
+    /// Adds a b to the lanes of register `part`.
+    #[inline(always)]
+    fn add(&mut self, simd: S, part: usize, a: S::f64s, b: S::f64s) {
+        self.0[part] = simd.add_f64s(self.0[part], simd.mul_f64s(a, b));
+    }
+
+    /// Adds the lanes in a fixed order.
+    #[inline(always)]
+    fn total(&self) -> f64 {
+        let mut x = [0.0; LANES];
+        S::as_mut_simd_f64s(&mut x).0.copy_from_slice(&self.0[..Self::PARTS]);
+        ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
     }
 }
 
 /// out_n = Σ_a u_a Σ_b W_nab v_b for the matrices W_n, row-major with `v.len()` columns, one after the other.
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn contract(weights: &[f64], u: &[f64], v: &[f64], out: &mut [f64]) {
-    let (weights, v) = (weights.as_chunks::<LANES>().0, v.as_chunks::<LANES>().0);
-    for (w, out) in weights.chunks_exact(u.len() * v.len()).zip(out) {
-        let mut total = [0.0; LANES];
-        let (groups, rest) = u.as_chunks::<ROWS>();
-        let (blocks, last) = w.split_at(groups.len() * ROWS * v.len());
-        for (block, u) in blocks.chunks_exact(ROWS * v.len()).zip(groups) {
-            rows(block, u, v, &mut total);
+#[inline(always)]
+pub(crate) fn contract<S: Simd>(
+    simd: S,
+    weights: &[f64],
+    (u, v): (&[f64], &[f64]),
+    out: &mut [f64],
+) {
+    let (mut weights, v) = (S::as_simd_f64s(weights).0, S::as_simd_f64s(v).0);
+    for out in out {
+        let mut sum = Sum::zero(simd);
+        for u in u.chunks(BATCH) {
+            weights = match *u {
+                [a, b, c, d, e] => rows(simd, weights, [a, b, c, d, e], v, &mut sum),
+                [a, b, c, d] => rows(simd, weights, [a, b, c, d], v, &mut sum),
+                [a, b, c] => rows(simd, weights, [a, b, c], v, &mut sum),
+                [a, b] => rows(simd, weights, [a, b], v, &mut sum),
+                [a] => rows(simd, weights, [a], v, &mut sum),
+                _ => weights,
+            };
         }
-        for (row, u) in last.chunks_exact(v.len()).zip(rest) {
-            rows(row, &[*u], v, &mut total);
-        }
-        *out = add_lanes(&total);
+        *out = sum.total();
     }
 }
 
-/// Adds the share of `R` rows.
+/// Adds the share of the first `R` rows; returns the others.
 #[inline(always)]
-fn rows<const R: usize>(w: &[Lanes], u: &[f64; R], v: &[Lanes], total: &mut Lanes) {
-    let w: [&[Lanes]; R] = array::from_fn(|r| &w[r * v.len()..(r + 1) * v.len()]);
-    let mut sums = [[0.0; LANES]; R];
-    for (i, x) in v.iter().enumerate() {
-        for (sum, row) in sums.iter_mut().zip(&w) {
-            for lane in 0..LANES {
-                sum[lane] += row[i][lane] * x[lane];
+fn rows<'a, S: Simd, const R: usize>(
+    simd: S,
+    weights: &'a [S::f64s],
+    u: [f64; R],
+    v: &[S::f64s],
+    sum: &mut Sum<S>,
+) -> &'a [S::f64s] {
+    let u = u.map(|u| simd.splat_f64s(u));
+    let mut rest = weights;
+    let rows: [&[S::f64s]; R] = array::from_fn(|_| {
+        let (row, others) = rest.split_at(v.len());
+        rest = others;
+        row
+    });
+    for i in 0..v.len() / Sum::<S>::PARTS {
+        for part in 0..Sum::<S>::PARTS {
+            let i = i * Sum::<S>::PARTS + part;
+            let mut column = simd.mul_f64s(u[0], rows[0][i]);
+            for r in 1..R {
+                column = simd.add_f64s(column, simd.mul_f64s(u[r], rows[r][i]));
             }
+            sum.add(simd, part, column, v[i]);
         }
     }
-    for (sum, scale) in sums.iter().zip(u) {
-        for lane in 0..LANES {
-            total[lane] += scale * sum[lane];
-        }
-    }
+    rest
 }
 
 /// W ← keep W + Σ c u vᵀ, row-major; returns |W|² of the result.
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn accumulate(weights: &mut [f64], keep: f64, terms: &[Term<'_>]) -> f64 {
+#[inline(always)]
+pub(crate) fn accumulate<S: Simd>(
+    simd: S,
+    weights: &mut [f64],
+    keep: f64,
+    terms: &[Term<'_>],
+) -> f64 {
     if keep != 1.0 {
-        weights.iter_mut().for_each(|w| *w *= keep);
+        let factor = simd.splat_f64s(keep);
+        for w in S::as_mut_simd_f64s(weights).0 {
+            *w = simd.mul_f64s(factor, *w);
+        }
     }
-    if terms.is_empty() {
-        return norm_squared(weights);
-    }
-    let mut squares = [0.0; LANES];
-    for terms in terms.chunks(4) {
+    let mut squares = None;
+    for terms in terms.chunks(BATCH) {
         squares = match *terms {
-            [a, b, c, d] => add(weights, &[a, b, c, d]),
-            [a, b, c] => add(weights, &[a, b, c]),
-            [a, b] => add(weights, &[a, b]),
-            [a] => add(weights, &[a]),
-            _ => squares,
+            [a, b, c, d, e] => Some(add(simd, weights, [a, b, c, d, e])),
+            [a, b, c, d] => Some(add(simd, weights, [a, b, c, d])),
+            [a, b, c] => Some(add(simd, weights, [a, b, c])),
+            [a, b] => Some(add(simd, weights, [a, b])),
+            [a] => Some(add(simd, weights, [a])),
+            _ => None,
         };
     }
-    add_lanes(&squares)
+    squares.unwrap_or_else(|| dot(simd, weights, weights))
 }
 
-/// Adds K terms, two rows of W at a time; returns the sums of squares of the result.
+/// Adds K terms; returns the squared norm of the result.
 #[inline(always)]
-fn add<const K: usize>(weights: &mut [f64], terms: &[Term<'_>; K]) -> Lanes {
-    let columns = terms[0].v.len();
-    let v = terms.map(|term| &term.v[..columns]);
-    let scales = |a: usize| terms.map(|term| term.coefficient * term.u[a]);
-    let mut squares = [0.0; LANES];
-    let mut rows = weights.chunks_exact_mut(columns).enumerate();
-    while let Some((a, row)) = rows.next() {
-        if let Some((b, other)) = rows.next() {
-            add_rows(row, other, [scales(a), scales(b)], &v, &mut squares);
-        } else {
-            add_row(row, scales(a), &v);
-            square(row, &mut squares);
-        }
-    }
-    squares
-}
-
-#[inline(always)]
-fn add_rows<const K: usize>(
-    row: &mut [f64],
-    other: &mut [f64],
-    scales: [[f64; K]; 2],
-    v: &[&[f64]; K],
-    squares: &mut Lanes,
-) {
-    let v = v.map(|v| v.as_chunks::<LANES>().0);
-    let mut rows = [row, other].map(|row| row.as_chunks_mut::<LANES>().0);
-    for i in 0..v[0].len() {
-        for (row, scales) in rows.iter_mut().zip(&scales) {
-            let mut w = row[i];
-            for k in 0..K {
-                for lane in 0..LANES {
-                    w[lane] += scales[k] * v[k][i][lane];
+fn add<S: Simd, const K: usize>(simd: S, weights: &mut [f64], terms: [Term<'_>; K]) -> f64 {
+    let (rows, columns) = (terms[0].u.len(), terms[0].v.len());
+    let u = terms.map(|term| &term.u[..rows]);
+    let v = terms.map(|term| S::as_simd_f64s(&term.v[..columns]).0);
+    let mut rest = S::as_mut_simd_f64s(weights).0;
+    let mut squares = Sum::zero(simd);
+    for a in 0..rows {
+        let (row, others) = rest.split_at_mut(v[0].len());
+        rest = others;
+        let scales: [S::f64s; K] =
+            array::from_fn(|k| simd.splat_f64s(terms[k].coefficient * u[k][a]));
+        for i in 0..v[0].len() / Sum::<S>::PARTS {
+            for part in 0..Sum::<S>::PARTS {
+                let i = i * Sum::<S>::PARTS + part;
+                let mut w = row[i];
+                for k in 0..K {
+                    w = simd.add_f64s(w, simd.mul_f64s(scales[k], v[k][i]));
                 }
-            }
-            row[i] = w;
-            for lane in 0..LANES {
-                squares[lane] += w[lane] * w[lane];
+                row[i] = w;
+                squares.add(simd, part, w, w);
             }
         }
     }
-}
-
-#[inline(always)]
-fn add_row<const K: usize>(row: &mut [f64], scales: [f64; K], v: &[&[f64]; K]) {
-    for (i, entry) in row.iter_mut().enumerate() {
-        let mut w = *entry;
-        for k in 0..K {
-            w += scales[k] * v[k][i];
-        }
-        *entry = w;
-    }
-}
-
-/// Adds squares, lane by lane.
-#[inline(always)]
-fn square(row: &[f64], sums: &mut Lanes) {
-    for w in row.as_chunks::<LANES>().0 {
-        for lane in 0..LANES {
-            sums[lane] += w[lane] * w[lane];
-        }
-    }
-}
-
-/// |W|².
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn norm_squared(weights: &[f64]) -> f64 {
-    let mut sum = [0.0; LANES];
-    square(weights, &mut sum);
-    add_lanes(&sum)
+    squares.total()
 }
 
 /// Sets denormal weights, and those that are about to be, to zero.
@@ -301,37 +241,32 @@ pub(crate) fn flush(weights: &mut [f64]) {
     }
 }
 
-/// ξ·ξ' of two products: one sum over the sets of an input for each factor.
-#[multiversion(targets("x86_64+avx2"))]
-pub(crate) fn product_of_dots(left: &[f64], right: &[f64], factors: &[Span]) -> f64 {
-    let mut product = 1.0;
-    for factor in factors {
-        let lanes = factor.lanes();
-        product *= dot(lanes.of(left), lanes.of(right));
-    }
-    product
-}
-
 /// Σ x_i y_i over whole lanes.
 #[inline(always)]
-pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    let mut sum = [0.0; LANES];
-    for (a, b) in x.as_chunks::<LANES>().0.iter().zip(y.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            sum[lane] += a[lane] * b[lane];
+pub(crate) fn dot<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> f64 {
+    let mut sum = Sum::zero(simd);
+    let (left, right) = (S::as_simd_f64s(left).0, S::as_simd_f64s(right).0);
+    let parts = Sum::<S>::PARTS;
+    for (x, y) in left.chunks_exact(parts).zip(right.chunks_exact(parts)) {
+        for part in 0..parts {
+            sum.add(simd, part, x[part], y[part]);
         }
     }
-    sum_lanes(&sum)
+    sum.total()
 }
 
-/// Sums lanes. A call of its own, so that they stay in whole registers up to here.
-#[inline(never)]
-fn add_lanes(x: &Lanes) -> f64 {
-    sum_lanes(x)
+/// |W|² as [`accumulate`] returns it.
+pub(crate) fn norm_squared(weights: &[f64]) -> f64 {
+    Arch::new().dispatch(NormSquared(weights))
 }
 
-/// Sums lanes in a fixed order.
-#[inline(always)]
-fn sum_lanes(x: &Lanes) -> f64 {
-    ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
+struct NormSquared<'a>(&'a [f64]);
+
+impl WithSimd for NormSquared<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        dot(simd, self.0, self.0)
+    }
 }

@@ -4,6 +4,8 @@
 mod approximator;
 mod basis;
 pub(crate) mod kernels;
+mod lattice;
+mod layout;
 mod membership;
 
 #[cfg(feature = "std")]

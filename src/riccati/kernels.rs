@@ -1,5 +1,7 @@
 //! The two dense kernels of the doubling: product and inverse, column-major, the same bits at every vector width.
 
+use pulp::Arch;
+
 use crate::math::Matrix;
 
 /// From this size on the run-time choice of vector width pays for its call.
@@ -12,7 +14,10 @@ pub(super) fn mul<const S: usize>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
         return a * b;
     }
     let mut c = Matrix::<S>::zeros();
-    product(S, a.as_slice(), b.as_slice(), c.as_mut_slice());
+    Arch::new().dispatch(
+        #[inline(always)]
+        || product(S, a.as_slice(), b.as_slice(), c.as_mut_slice()),
+    );
     c
 }
 
@@ -43,12 +48,15 @@ pub(super) fn inverse<const S: usize>(a: &Matrix<S>) -> Option<Matrix<S>> {
     let regular = if S < WIDE {
         invert(S, inverse.as_mut_slice(), &mut rows, &mut factors)
     } else {
-        invert_wide(S, inverse.as_mut_slice(), &mut rows, &mut factors)
+        Arch::new().dispatch(
+            #[inline(always)]
+            || invert(S, inverse.as_mut_slice(), &mut rows, &mut factors),
+        )
     };
     regular.then_some(inverse)
 }
 
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
+#[inline(always)]
 fn product(n: usize, a: &[f64], b: &[f64], c: &mut [f64]) {
     let mut i = 0;
     while i + 8 <= n {
@@ -100,11 +108,6 @@ fn tile_of_product<const L: usize, const W: usize>(
     for w in 0..W {
         c[(j + w) * n + i..][..L].copy_from_slice(&sums[w]);
     }
-}
-
-#[multiversion::multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512vl"))]
-fn invert_wide(n: usize, a: &mut [f64], rows: &mut [usize], factors: &mut [f64]) -> bool {
-    invert(n, a, rows, factors)
 }
 
 #[inline(always)]

@@ -37,15 +37,15 @@ pub(super) fn attempt<const N: usize>(
 ) -> Option<Accepted<N>> {
     while h > SHORTEST_STEP * t.max(1.0) {
         let last = t + h >= end;
-        let step = if last { end - t } else { h };
+        let (step, end) = if last { (end - t, end) } else { (h, t + h) };
         DP54.stages(step, start, 1, rates, |stage, at| {
-            acceleration(stage, t + stage.node * step, at)
+            let time = if stage.node == 1.0 { end } else { t + stage.node * step };
+            acceleration(stage, time, at)
         });
         let motion = start.plus(step, &DP54.weights, rates);
         let error = Motion::error(step, &DP54_ERROR, rates, [start, &motion], tolerance);
         let factor = (SAFETY * pow(error, -0.2)).clamp(MIN_FACTOR, MAX_FACTOR);
         if error <= 1.0 {
-            let end = if last { end } else { t + step };
             return Some(Accepted { motion, h: step, end, next_h: h.max(step) * factor });
         }
         h = step * if error.is_finite() { factor } else { MIN_FACTOR };

@@ -116,7 +116,7 @@ where
 
     /// The loop and q̈ at a stage. Inlined, so that a stage computes only what its caller uses.
     #[inline(always)]
-    fn evaluate<S>(
+    pub(super) fn evaluate<S>(
         &mut self,
         state: &mut S,
         stage: &Stage<'_>,
@@ -167,6 +167,22 @@ where
         C: Compensator<N, S>,
     {
         self.controller.compensator.advance(state, end)
+    }
+
+    /// Makes the last stage of the step that was just taken, remembered, the first of the next; false if it must be
+    /// evaluated again.
+    pub(super) fn carry<S>(&mut self, state: &mut S, last: usize) -> bool
+    where
+        C: Compensator<N, S>,
+    {
+        let Some(evaluation) = &mut self.evaluation else { return false };
+        let compensator = &self.controller.compensator;
+        if !compensator.carry(state, last) {
+            return false;
+        }
+        evaluation.audit = compensator.audit(state, 0, &evaluation.sample);
+        self.shares[0] = self.shares[last];
+        true
     }
 
     /// Adds the step that was just taken to the certificate.

@@ -4,7 +4,7 @@ use core::ops::ControlFlow;
 
 use super::adaptive::attempt;
 use super::certificate::Certificate;
-use super::closed_loop::ClosedLoop;
+use super::closed_loop::{ClosedLoop, Evaluation};
 use super::integrators::{DP54, Motion, RK4, Rates, Tolerance, dp54_dense};
 use super::recorder::Recorder;
 use super::run::{Cause, Run, Status};
@@ -12,6 +12,9 @@ use crate::arm::Arm;
 use crate::control::{Compensator, MAX_STAGES, Stage};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
+
+/// The last stage of Dormand-Prince, at the end of the step: the first of the next one.
+const LAST: usize = 6;
 
 /// RK4 with a fixed step; a row a step.
 pub(super) fn rk4<const N: usize, A, D, B, C, R, S>(
@@ -81,10 +84,12 @@ where
     let end = record.time(record.steps);
     let mut certificate = Certificate::default();
     let mut rates = [Motion::zeros(); 7];
-    let (mut t, mut h, mut row) = (0.0, record.dt, 0);
+    let (mut t, mut h, mut row, mut carried) = (0.0, record.dt, 0, false);
     loop {
-        let ddq = system.acceleration(state, &DP54.stage(0, h), t, &motion);
-        rates[0] = Motion { q: motion.dq, dq: ddq };
+        if !carried {
+            let ddq = system.acceleration(state, &DP54.stage(0, h), t, &motion);
+            rates[0] = Motion { q: motion.dq, dq: ddq };
+        }
         if let Some(at) = system.evaluation() {
             if row == 0 {
                 record.take(row, at);
@@ -103,7 +108,11 @@ where
             break;
         }
         let accepted = attempt((t, h, end), &motion, &mut rates, tolerance, |stage, time, at| {
-            system.rate(state, stage, time, at)
+            if stage.index == LAST {
+                system.acceleration(state, stage, time, at)
+            } else {
+                system.rate(state, stage, time, at)
+            }
         });
         let Some(step) = accepted else {
             let cause = blame(system.lost_reference(), Cause::StepTooShort);
@@ -113,19 +122,19 @@ where
         while row <= record.steps && record.time(row) <= step.end {
             if record.due(row) {
                 let theta = (record.time(row) - t) / step.h;
-                dense(&mut system, state, (t, step.h, theta), &motion, &rates);
-                if let Some(at) = system.evaluation() {
-                    record.take(row, at);
-                }
+                let at = dense(&mut system, state, (t, step.h, theta), &motion, &rates);
+                record.take(row, &at);
             }
             row += 1;
         }
         system.certify(&DP54, step.h, &mut certificate);
-        if let Err(error) = system.advance(state, &DP54.end(step.h, 6)) {
+        if let Err(error) = system.advance(state, &DP54.end(step.h, LAST)) {
             record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
             break;
         }
         (motion, t, h) = (step.motion, step.end, step.next_h);
+        rates[0] = rates[LAST];
+        carried = system.carry(state, LAST);
     }
     record.finish()
 }
@@ -142,7 +151,8 @@ fn dense<const N: usize, A, D, B, C, R, S>(
     (t, h, theta): (f64, f64, f64),
     start: &Motion<N>,
     rates: &Rates<N, 7>,
-) where
+) -> Evaluation<N>
+where
     A: Arm<N>,
     D: Disturbance<N>,
     B: Arm<N>,
@@ -153,5 +163,5 @@ fn dense<const N: usize, A, D, B, C, R, S>(
     let (index, nodes) = (MAX_STAGES - 1, &DP54.nodes[..]);
     let stage = Stage { index, step: h, node: theta, coefficients: &coefficients, nodes };
     let motion = start.plus(h, &coefficients, rates);
-    system.acceleration(state, &stage, t + theta * h, &motion);
+    system.evaluate(state, &stage, t + theta * h, &motion).0
 }

@@ -1,5 +1,7 @@
 //! The adaptive law, stage by stage: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, `Ẇ = drive ξᵀ − pull D`.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::state::{MAX_STAGES, Stages};
 use super::{Buffer, FuzzyCompensator, FuzzyState, MAX_WEIGHT, Places};
 use crate::control::{Audit, Compensator, Sample, Stage};
@@ -17,13 +19,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         stage: &Stage<'_>,
         sample: &Sample<N>,
     ) -> Vector<N> {
-        let i = stage.index;
-        self.activate(state, i, sample);
-        self.contract(state, i);
-        self.correlate(state, stage);
-        self.mix(state, stage);
-        self.learn(state, i, &self.s(sample));
-        state.stages.prior[i] + state.stages.learnt[i]
+        Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
     }
 
     fn hold(&self, state: &mut FuzzyState<N, B>, index: usize) {
@@ -54,9 +50,17 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             let norms = state.stages.norms_squared(&mix, count, &state.norms);
             let retraction = self.parameters.adaptation.retraction(norms.sum());
             state.stages.mixes[count].scale(retraction);
+            state.stages.retracted = retraction != 1.0;
         }
-        self.write_weights(state, count);
+        Arch::new().dispatch(WriteWeights { compensator: self, state, count });
         Ok(())
+    }
+
+    fn carry(&self, state: &mut FuzzyState<N, B>, last: usize) -> bool {
+        let Places { stages, stage, .. } = self.places;
+        let activations = &mut state.buffer.as_mut()[state.offset + stages..];
+        activations.copy_within(last * stage..(last + 1) * stage, 0);
+        state.stages.carry(last, &state.norms)
     }
 
     fn reset(&self, state: &mut FuzzyState<N, B>) {
@@ -95,61 +99,116 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
     }
 }
 
+/// A stage, compiled as a whole for the instruction set at hand.
+struct Estimate<'a, const N: usize, B> {
+    compensator: &'a FuzzyCompensator<N>,
+    state: &'a mut FuzzyState<N, B>,
+    stage: &'a Stage<'a>,
+    sample: &'a Sample<N>,
+}
+
+impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
+    type Output = Vector<N>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vector<N> {
+        let Self { compensator, state, stage, sample } = self;
+        let i = stage.index;
+        compensator.activate(simd, state, i, sample);
+        compensator.contract(simd, state, i);
+        compensator.correlate(simd, state, stage);
+        compensator.mix(state, stage);
+        compensator.learn(state, i, &compensator.s(sample));
+        state.stages.prior[i] + state.stages.learnt[i]
+    }
+}
+
+struct WriteWeights<'a, const N: usize, B> {
+    compensator: &'a FuzzyCompensator<N>,
+    state: &'a mut FuzzyState<N, B>,
+    count: usize,
+}
+
+impl<const N: usize, B: Buffer> WithSimd for WriteWeights<'_, N, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.compensator.write_weights(simd, self.state, self.count);
+    }
+}
+
 impl<const N: usize> FuzzyCompensator<N> {
     /// Evaluates the basis into the place of stage i.
-    #[inline]
-    fn activate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, sample: &Sample<N>) {
+    #[inline(always)]
+    fn activate<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut FuzzyState<N, B>,
+        i: usize,
+        sample: &Sample<N>,
+    ) {
         let Places { stages, stage, x, scratch, .. } = self.places;
         let memory = &mut state.buffer.as_mut()[state.offset..];
         let (activations, rest) = memory[stages..].split_at_mut(x - stages);
         let (x, scratch) = rest.split_at_mut(scratch - x);
         self.parameters.inputs.gather(sample, x);
-        self.basis.activate(x, scratch, &mut activations[i * stage..(i + 1) * stage]);
+        self.basis.activate(simd, x, scratch, &mut activations[i * stage..(i + 1) * stage]);
         state.stages.known[i] = 0;
     }
 
     /// The products of both weight matrices with the basis of stage i.
-    #[inline]
-    fn contract<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize) {
+    #[inline(always)]
+    fn contract<S: Simd, B: Buffer>(&self, simd: S, state: &mut FuzzyState<N, B>, i: usize) {
         let memory = &state.buffer.as_ref()[state.offset..];
         let activation = self.activation(memory, i);
-        self.products(memory, activation, &mut state.stages.own[i]);
+        self.products(simd, memory, activation, &mut state.stages.own[i]);
         if state.prior {
-            self.products(&memory[self.places.matrix..], activation, &mut state.stages.prior[i]);
+            self.products(
+                simd,
+                &memory[self.places.matrix..],
+                activation,
+                &mut state.stages.prior[i],
+            );
         }
     }
 
-    #[inline]
-    fn products(&self, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
+    #[inline(always)]
+    fn products<S: Simd>(&self, simd: S, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
         let (weights, out) = (&memory[..self.places.matrix], out.as_mut_slice());
         if self.basis.blocks() == 1 {
             let xi = self.basis.block(activation, 0);
-            return contract(weights, xi.u, xi.v, out);
+            return contract(simd, weights, (xi.u, xi.v), out);
         }
         let rows = weights.chunks_exact(self.basis.row_len());
         for (n, (row, out)) in rows.zip(out.chunks_exact_mut(1)).enumerate() {
             let xi = self.basis.block(activation, n);
-            contract(row, xi.u, xi.v, out);
+            contract(simd, row, (xi.u, xi.v), out);
         }
     }
 
     /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
-    #[inline]
-    fn correlate<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
+    #[inline(always)]
+    fn correlate<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut FuzzyState<N, B>,
+        stage: &Stage<'_>,
+    ) {
         let i = stage.index;
         if self.needs_norms(i) {
             for j in 0..=i {
-                (0..=j).for_each(|k| self.product(state, j, k));
+                (0..=j).for_each(|k| self.product(simd, state, j, k));
             }
             return;
         }
         for (j, a) in stage.coefficients.iter().enumerate() {
             if *a != 0.0 {
-                self.product(state, i, j);
+                self.product(simd, state, i, j);
             }
         }
         if self.parameters.adaptation.normalization > 0.0 {
-            self.product(state, i, i);
+            self.product(simd, state, i, i);
         }
     }
 
@@ -160,8 +219,14 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     /// ξᵢ·ξⱼ, unless it is known.
-    #[inline]
-    fn product<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, j: usize) {
+    #[inline(always)]
+    fn product<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut FuzzyState<N, B>,
+        i: usize,
+        j: usize,
+    ) {
         let memory = &state.buffer.as_ref()[state.offset..];
         let stages = &mut state.stages;
         if stages.known[i] >> j & 1 != 0 {
@@ -169,15 +234,15 @@ impl<const N: usize> FuzzyCompensator<N> {
         }
         let (left, right) = (self.activation(memory, i), self.activation(memory, j));
         stages.gram[i][j] = if self.basis.blocks() == 1 {
-            Vector::repeat(self.basis.dot(left, right, 0))
+            Vector::repeat(self.basis.dot(simd, left, right, 0))
         } else {
-            Vector::from_fn(|n, _| self.basis.dot(left, right, n))
+            Vector::from_fn(|n, _| self.basis.dot(simd, left, right, n))
         };
         stages.known[i] |= 1 << j;
     }
 
     /// (W − W₀)ξ at the stage, and the rates of the law there.
-    #[inline]
+    #[inline(always)]
     fn learn<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, s: &Vector<N>) {
         let stages = &mut state.stages;
         let mix = &stages.mixes[i];
@@ -194,7 +259,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         self.record_rates(state, i, s);
     }
 
-    #[inline]
+    #[inline(always)]
     fn record_rates<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, s: &Vector<N>) {
         if state.frozen {
             return self.hold(state, i);
@@ -214,7 +279,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     /// The weights of every joint at a stage, in terms of those at the start of the step.
-    #[inline]
+    #[inline(always)]
     fn mix<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
         let leak = self.leak_rate(state) * stage.step;
         let fade = |from: f64| if leak == 0.0 { 1.0 } else { exp(-leak * (stage.node - from)) };
@@ -232,8 +297,13 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
-    #[inline]
-    fn write_weights<B: Buffer>(&self, state: &mut FuzzyState<N, B>, count: usize) {
+    #[inline(always)]
+    fn write_weights<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut FuzzyState<N, B>,
+        count: usize,
+    ) {
         let Places { matrix, stages, .. } = self.places;
         let (weights, rest) = state.buffer.as_mut()[state.offset..].split_at_mut(matrix);
         let activations = &rest[stages - matrix..];
@@ -247,7 +317,7 @@ impl<const N: usize> FuzzyCompensator<N> {
                 used += 1;
             }
             if used > 0 || mix.keep[n] != 1.0 {
-                state.norms[n] = accumulate(row, mix.keep[n], &terms[..used]);
+                state.norms[n] = accumulate(simd, row, mix.keep[n], &terms[..used]);
             }
         }
         state.advances += 1;

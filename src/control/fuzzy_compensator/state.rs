@@ -92,6 +92,8 @@ pub(super) struct Stages<const N: usize> {
     pub known: [u8; MAX_STAGES],
     /// The weights of the stage, and those at the end of the step after its last stage.
     pub mixes: [Mix<N>; MAX_STAGES],
+    /// Whether the projection changed those at the end of the last step.
+    pub retracted: bool,
 }
 
 impl<const N: usize> Default for Stages<N> {
@@ -108,11 +110,27 @@ impl<const N: usize> Default for Stages<N> {
             gram: [zeros; MAX_STAGES],
             known: [0; MAX_STAGES],
             mixes: [Mix { keep: Vector::zeros(), terms: zeros }; MAX_STAGES],
+            retracted: false,
         }
     }
 }
 
 impl<const N: usize> Stages<N> {
+    /// Makes stage `last`, at the end of the step, stage 0 of the next, whose weights have the squared norms `norms`;
+    /// false if the weights are others.
+    pub fn carry(&mut self, last: usize, norms: &Vector<N>) -> bool {
+        self.own[0] = self.learnt[last];
+        self.prior[0] = self.prior[last];
+        self.learnt[0] = self.learnt[last];
+        self.norms[0] = *norms;
+        self.factor[0] = self.factor[last];
+        self.drive[0] = self.drive[last];
+        self.pull[0] = self.pull[last];
+        self.gram[0][0] = self.gram[last][last];
+        self.known[0] = self.known[last] >> last & 1;
+        !self.retracted
+    }
+
     /// |Dₙ|² for the weights of `mix`, a sum over the stages before `count`, from |Dₙ|² at the start of the step.
     pub fn norms_squared(&self, mix: &Mix<N>, count: usize, start: &Vector<N>) -> Vector<N> {
         let mut norms = mix.keep.component_mul(&mix.keep).component_mul(start);

@@ -1,0 +1,304 @@
+//! Gaussian sets of equal width whose centres lie on a lattice: one exponential for all sets of an input, and the
+//! inputs side by side, one a lane.
+//!
+//! With p the first centre, c = p + k d and σ the width,
+//!
+//! ```text
+//! μ_c(x) = μ_p(x) · exp(−(k d)²/2σ²) · tᵏ,   t = exp(d (x − p)/σ²)
+//! ```
+//!
+//! where the middle factor is a constant of the set, and μ_p(x) cancels on normalising.
+
+use pulp::Simd;
+
+use super::kernels::LANES;
+use crate::math::{exp, sqrt};
+
+/// Centres count as evenly stepped when they are this close to a common lattice, in steps.
+const LATTICE_TOL: f64 = 1e-12;
+
+/// Lattice steps from the first centre to the last at the most, 4 binary digits.
+const MAX_STEPS: usize = 15;
+
+/// Sets on a lattice at the most.
+const MAX_SETS: usize = MAX_STEPS + 1;
+
+/// Largest exponent on the lattice: e^±600 and their products with the constants are normal floats.
+const MAX_EXPONENT: f64 = 600.0;
+
+/// Lattices span at most this exponent, so that they reach beyond their last centre.
+const MAX_SPAN: f64 = 0.25 * MAX_EXPONENT;
+
+/// Length of the scratch memory of [`Lattice::memberships`].
+pub(super) const SCRATCH_LEN: usize = MAX_SETS * LANES;
+
+type Lanes = [f64; LANES];
+
+/// What inputs must share to stand side by side: the lattice steps k of their sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Pattern {
+    sets: usize,
+    steps: [u8; MAX_SETS],
+}
+
+/// Inputs whose sets share a pattern.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lattice {
+    pattern: Pattern,
+    /// Number of the input in each lane, and where its memberships go.
+    inputs: [usize; LANES],
+    outs: [usize; LANES],
+    used: usize,
+    /// p, d/σ² and 1/2σ² of each lane.
+    centers: Lanes,
+    slopes: Lanes,
+    half_precisions: Lanes,
+    /// |x − p| up to which the powers of t, and μ_p, are normal floats.
+    reaches: Lanes,
+    /// exp(−(k d)²/2σ²) of each set.
+    decays: [Lanes; MAX_SETS],
+}
+
+impl Lattice {
+    pub const EMPTY: Self = Self {
+        pattern: Pattern { sets: 0, steps: [0; MAX_SETS] },
+        inputs: [0; LANES],
+        outs: [0; LANES],
+        used: 0,
+        centers: [0.0; LANES],
+        slopes: [0.0; LANES],
+        half_precisions: [0.0; LANES],
+        reaches: [f64::INFINITY; LANES],
+        decays: [[1.0; LANES]; MAX_SETS],
+    };
+
+    /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or on another.
+    pub fn take(&mut self, input: usize, out: usize, centers: &[f64], widths: &[f64]) -> bool {
+        let Some((pattern, step)) = Pattern::recognise(centers, widths) else { return false };
+        if self.used == LANES || self.used > 0 && self.pattern != pattern {
+            return false;
+        }
+        let (lane, center) = (self.used, centers[0]);
+        let half_precision = 0.5 / (widths[0] * widths[0]);
+        let span = centers[centers.len() - 1] - centers[0];
+        if span * span * half_precision > MAX_SPAN {
+            return false;
+        }
+        self.pattern = pattern;
+        (self.inputs[lane], self.outs[lane]) = (input, out);
+        self.centers[lane] = center;
+        self.slopes[lane] = 2.0 * step * half_precision;
+        self.half_precisions[lane] = half_precision;
+        self.reaches[lane] =
+            (MAX_EXPONENT / (2.0 * half_precision * span)).min(sqrt(MAX_EXPONENT / half_precision));
+        for (decays, c) in self.decays.iter_mut().zip(centers) {
+            decays[lane] = exp(-(c - center) * (c - center) * half_precision);
+        }
+        self.used += 1;
+        true
+    }
+
+    /// Whether no input is in it.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.used == 0
+    }
+
+    /// Writes the memberships of all inputs; those [`beyond`](Self::beyond) reach, of which there are some if the
+    /// result is false, are to be written again.
+    #[inline(always)]
+    pub fn memberships<S: Simd>(
+        &self,
+        simd: S,
+        x: &[f64],
+        normalized: bool,
+        scratch: &mut [f64],
+        out: &mut [f64],
+    ) -> bool {
+        let mut offsets = [0.0; LANES];
+        let mut within = true;
+        for lane in 0..self.used.min(LANES) {
+            offsets[lane] = x[self.inputs[lane]] - self.centers[lane];
+            within &= offsets[lane].abs() <= self.reaches[lane];
+        }
+        let rows = &mut scratch.as_chunks_mut::<LANES>().0[..self.pattern.sets];
+        for part in 0..self.used.div_ceil(S::F64_LANES) {
+            self.part(simd, part, &offsets, normalized, rows);
+        }
+        for lane in 0..self.used.min(LANES) {
+            let out = &mut out[self.outs[lane]..self.outs[lane] + self.pattern.sets];
+            for (y, row) in out.iter_mut().zip(rows.iter()) {
+                *y = row[lane];
+            }
+        }
+        within
+    }
+
+    /// The inputs that are too far out.
+    #[cold]
+    pub fn beyond(&self, x: &[f64]) -> impl Iterator<Item = usize> {
+        (0..self.used).map(|lane| (lane, self.inputs[lane])).filter_map(|(lane, input)| {
+            let offset = x[input] - self.centers[lane];
+            (offset.abs() > self.reaches[lane]).then_some(input)
+        })
+    }
+
+    /// The memberships of the inputs in the lanes of one register.
+    #[inline(always)]
+    fn part<S: Simd>(
+        &self,
+        simd: S,
+        part: usize,
+        offsets: &Lanes,
+        normalized: bool,
+        rows: &mut [Lanes],
+    ) {
+        let lanes = |x: &Lanes| S::as_simd_f64s(x).0[part];
+        let offset = lanes(offsets);
+        let one = simd.splat_f64s(1.0);
+        let square = |x| simd.mul_f64s(x, x);
+        let t = exponential(simd, simd.mul_f64s(lanes(&self.slopes), offset));
+        let powers = [t, square(t), square(square(t)), square(square(square(t)))];
+        let mut sum = simd.splat_f64s(0.0);
+        for (row, (decays, k)) in rows.iter_mut().zip(self.decays.iter().zip(&self.pattern.steps)) {
+            let mut strength = lanes(decays);
+            for (digit, power) in powers.iter().enumerate() {
+                if k >> digit & 1 != 0 {
+                    strength = simd.mul_f64s(strength, *power);
+                }
+            }
+            S::as_mut_simd_f64s(row).0[part] = strength;
+            sum = simd.add_f64s(sum, strength);
+        }
+        let scale = if normalized {
+            simd.div_f64s(one, sum)
+        } else {
+            let exponent = simd.mul_f64s(square(offset), lanes(&self.half_precisions));
+            exponential(simd, simd.neg_f64s(exponent))
+        };
+        for row in rows {
+            let strength = &mut S::as_mut_simd_f64s(row).0[part];
+            *strength = simd.mul_f64s(*strength, scale);
+        }
+    }
+}
+
+impl Pattern {
+    /// The pattern of sets on a lattice, and its step d; `None` where there is none.
+    fn recognise(centers: &[f64], widths: &[f64]) -> Option<(Self, f64)> {
+        let sets = centers.len();
+        if sets > MAX_SETS || widths.iter().any(|width| *width != widths[0]) {
+            return None;
+        }
+        let step = smallest_gap(centers)?;
+        let mut pattern = Self { sets, steps: [0; MAX_SETS] };
+        for (k, center) in pattern.steps.iter_mut().zip(centers) {
+            let steps = (center - centers[0]) / step;
+            let whole = libm::round(steps);
+            if (steps - whole).abs() > LATTICE_TOL || whole > MAX_STEPS as f64 {
+                return None;
+            }
+            *k = whole as u8;
+        }
+        Some((pattern, step))
+    }
+}
+
+fn smallest_gap(centers: &[f64]) -> Option<f64> {
+    let mut smallest = f64::INFINITY;
+    for pair in centers.windows(2) {
+        let gap = pair[1] - pair[0];
+        if gap <= 0.0 {
+            return None;
+        }
+        smallest = smallest.min(gap);
+    }
+    smallest.is_finite().then_some(smallest)
+}
+
+/// Exponents are clamped to this: e^±690 is a normal float, and nearly the largest.
+const LARGEST_EXPONENT: f64 = 690.0;
+
+/// 1.5 · 2⁵²: a float this large holds whole numbers only, in its lowest bits.
+const ROUNDER: f64 = 6755399441055744.0;
+
+/// ln 2 in two pieces; the first has so few digits that its products with exponents are exact.
+const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
+
+/// 1/k!
+const FACTORS: [f64; 14] = [
+    1.0,
+    1.0,
+    1.0 / 2.0,
+    1.0 / 6.0,
+    1.0 / 24.0,
+    1.0 / 120.0,
+    1.0 / 720.0,
+    1.0 / 5040.0,
+    1.0 / 40320.0,
+    1.0 / 362880.0,
+    1.0 / 3628800.0,
+    1.0 / 39916800.0,
+    1.0 / 479001600.0,
+    1.0 / 6227020800.0,
+];
+
+/// eˣ in every lane, to two units in the last place; x is clamped to ±690. The `libm` crate has no exponential of
+/// several numbers at once.
+///
+/// x = n ln 2 + r with |r| ≤ ½ ln 2, the series of eʳ to r¹³, and n goes into the exponent.
+#[inline(always)]
+fn exponential<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    let splat = |x| simd.splat_f64s(x);
+    let fused = |a, b, c| simd.add_f64s(a, simd.mul_f64s(b, c));
+    let x = simd.min_f64s(simd.max_f64s(x, splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
+    let shifted = fused(splat(ROUNDER), x, splat(core::f64::consts::LOG2_E));
+    let n = simd.sub_f64s(shifted, splat(ROUNDER));
+    let r = LN_2.iter().fold(x, |r, ln| simd.sub_f64s(r, simd.mul_f64s(n, splat(*ln))));
+    let (r2, pair) =
+        (simd.mul_f64s(r, r), |k: usize| fused(splat(FACTORS[k]), splat(FACTORS[k + 1]), r));
+    let r4 = simd.mul_f64s(r2, r2);
+    let quad = |k: usize| fused(pair(k), pair(k + 2), r2);
+    let upper = fused(quad(8), pair(12), r4);
+    let series = fused(fused(quad(0), quad(4), r4), upper, simd.mul_f64s(r4, r4));
+    let exponent = simd.mul_u64s(simd.transmute_u64s_f64s(shifted), simd.splat_u64s(1 << 52));
+    simd.transmute_f64s_u64s(simd.add_u64s(simd.transmute_u64s_f64s(series), exponent))
+}
+
+#[cfg(test)]
+mod tests {
+    use pulp::{Arch, Scalar, WithSimd};
+
+    use super::*;
+
+    struct Exponentials([f64; LANES]);
+
+    impl WithSimd for Exponentials {
+        type Output = [f64; LANES];
+
+        fn with_simd<S: Simd>(mut self, simd: S) -> Self::Output {
+            for x in S::as_mut_simd_f64s(&mut self.0).0 {
+                *x = exponential(simd, *x);
+            }
+            self.0
+        }
+    }
+
+    #[test]
+    fn exponential_is_that_of_libm_to_two_units_in_the_last_place() {
+        for k in -69_000..69_000 {
+            let x = [0.0, 0.001, 0.002, 0.0037, 0.005, 0.0061, 0.007, 0.0099]
+                .map(|offset| f64::from(k) * 0.01 + offset);
+            let y = Exponentials(x).with_simd(Scalar);
+            for (x, y) in x.iter().zip(y) {
+                assert!((y - exp(*x)).abs() <= 2.0 * f64::EPSILON * y, "{x}");
+            }
+            assert_eq!(y, Arch::new().dispatch(Exponentials(x)));
+        }
+        let far = Exponentials([700.0, -700.0, 1e300, -1e300, 0.0, -0.0, 690.0, -690.0]);
+        let y = far.with_simd(Scalar);
+        assert_eq!([y[0], y[2], y[1], y[3]], [y[6], y[6], y[7], y[7]]);
+        assert_eq!([y[4], y[5]], [1.0, 1.0]);
+        assert!(y[6].is_normal() && y[7].is_normal());
+    }
+}

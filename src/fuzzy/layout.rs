@@ -1,0 +1,91 @@
+//! Sizes of an evaluated basis.
+
+use super::basis::{Form, MAX_RULES, length};
+use super::kernels::LANES;
+use crate::error::{Error, Result};
+
+/// The trailing factor v of ξ = u ⊗ v is at most this long: it stays in the first-level cache.
+const MAX_INNER: usize = 256;
+
+/// Sizes of the factors of ξ = u ⊗ v.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Layout {
+    /// Independent vectors ξ: one, or one a joint.
+    pub blocks: usize,
+    /// Inputs of a block.
+    pub inputs: usize,
+    /// Those that make up u.
+    pub leading: usize,
+    /// Length of u.
+    pub outer: usize,
+    /// Length of v.
+    pub inner: usize,
+    /// Length of v with its padding to whole lanes.
+    pub stride: usize,
+    /// Length of an evaluated block: v, u, each with room for one more run of lanes.
+    pub block: usize,
+    /// Length of an evaluated basis: its blocks, and the memberships that they are products of.
+    pub total: usize,
+}
+
+impl Layout {
+    /// The layout of a basis whose inputs have so many sets; their memberships take `memberships` entries.
+    pub fn new(form: Form, sets: &[usize], memberships: usize) -> Result<Self> {
+        match form {
+            Form::Grid => Self::grid(1, sets, memberships),
+            Form::PerJoint { joints } => {
+                if joints == 0 {
+                    return Err(Error::WrongLength { parameter: "joints", got: 0, wanted: 1 });
+                }
+                if !sets.len().is_multiple_of(joints) {
+                    let (got, wanted) = (sets.len(), sets.len().next_multiple_of(joints));
+                    return Err(Error::WrongLength { parameter: "inputs", got, wanted });
+                }
+                for (input, own) in sets.iter().enumerate() {
+                    length("centers", *own, sets[input - input % joints])?;
+                }
+                Self::grid(joints, sets, memberships)
+            }
+            Form::Shared => {
+                for own in sets {
+                    length("centers", *own, sets[0])?;
+                }
+                Ok(Self::sized(1, sets.len(), 0, (1, sets[0]), 0))
+            }
+            Form::Concat => Ok(Self::sized(1, sets.len(), 0, (1, memberships), 0)),
+        }
+    }
+
+    fn sized(
+        blocks: usize,
+        inputs: usize,
+        leading: usize,
+        (outer, inner): (usize, usize),
+        memberships: usize,
+    ) -> Self {
+        let stride = inner.next_multiple_of(LANES);
+        let block = stride + outer.next_multiple_of(LANES) + 2 * LANES;
+        let total = blocks * block + memberships.next_multiple_of(LANES);
+        Self { blocks, inputs, leading, outer, inner, stride, block, total }
+    }
+
+    fn grid(blocks: usize, sets: &[usize], memberships: usize) -> Result<Self> {
+        let own = || sets.iter().step_by(blocks).copied();
+        let rules = own().try_fold(blocks, usize::checked_mul);
+        if rules.is_none_or(|rules| rules > MAX_RULES) {
+            return Err(Error::TooMany { parameter: "rules", got: rules, limit: MAX_RULES });
+        }
+        let inputs = sets.len() / blocks;
+        let (mut leading, mut inner) = (inputs, 1);
+        while leading > 0 {
+            let next = sets[(leading - 1) * blocks];
+            if inner * next > MAX_INNER && inner > 1 {
+                break;
+            }
+            inner *= next;
+            leading -= 1;
+        }
+        let outer = own().take(leading).product();
+        Ok(Self::sized(blocks, inputs, leading, (outer, inner), memberships))
+    }
+}
