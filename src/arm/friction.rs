@@ -16,6 +16,34 @@ pub struct Friction<const N: usize> {
     pub smoothing: [f64; N],
 }
 
+/// Friction of one joint of a serial arm: viscous, smoothed Coulomb with its own height in each direction, and Stribeck's
+/// excess at low speed. It never drives the arm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointFriction {
+    /// b, viscous coefficient [N·m·s/rad], ≥ 0.
+    pub viscous: f64,
+    /// c₊ and c₋, Coulomb torque in positive and in negative motion [N·m], ≥ 0.
+    pub coulomb: [f64; 2],
+    /// Excess of the torque at which the joint breaks away over the Coulomb torque [N·m], ≥ 0.
+    pub stribeck: f64,
+    /// The speed at which that excess has fallen to 1/e [rad/s], > 0.
+    pub stribeck_speed: f64,
+    /// The speed at which the Coulomb torque reaches 76 % [rad/s], > 0.
+    pub smoothing: f64,
+}
+
+impl Default for JointFriction {
+    fn default() -> Self {
+        Self {
+            viscous: 0.0,
+            coulomb: [0.0; 2],
+            stribeck: 0.0,
+            stribeck_speed: 0.1,
+            smoothing: 0.01,
+        }
+    }
+}
+
 impl<const N: usize> Default for Friction<N> {
     fn default() -> Self {
         Self { viscous: [0.0; N], coulomb: [0.0; N], smoothing: [0.01; N] }

@@ -1,9 +1,11 @@
 //! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6).
 
 mod friction;
+mod serial;
 mod two_link;
 
-pub use friction::Friction;
+pub use friction::{Friction, JointFriction};
+pub use serial::{Inertia, JointKind, JointLimits, Link, Pose};
 pub use two_link::{TwoLink, TwoLinkParameters};
 
 use crate::math::{Matrix, Vector};

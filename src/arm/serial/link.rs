@@ -1,0 +1,66 @@
+//! What a serial arm is made of: one joint and the link that it moves, N times over.
+
+use crate::arm::JointFriction;
+use crate::math::Matrix;
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Turns about its axis, within limits or, as URDF's `continuous`, without.
+    Revolute,
+    /// Slides along its axis; position [m], velocity [m/s], force [N].
+    Prismatic,
+}
+
+/// A frame in another one: x_outer = R x_inner + p.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// R, a rotation.
+    pub rotation: Matrix<3>,
+    /// p [m].
+    pub translation: nalgebra::Vector3<f64>,
+}
+
+/// Mass distribution of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// m [kg], ≥ 0.
+    pub mass: f64,
+    /// Centre of mass in the link's frame [m].
+    pub com: nalgebra::Vector3<f64>,
+    /// Moments about the centre of mass, in the axes of the link's frame [kg·m²].
+    pub moments: Matrix<3>,
+}
+
+/// A joint and the link that it moves. The link's frame is the joint's: at q = 0 it is `placement` in the frame of the
+/// link before, and the joint moves it about or along `axis`, which is given in it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// How the joint moves.
+    pub kind: JointKind,
+    /// The joint's frame at q = 0 in the frame of the link before (the base for the first).
+    pub placement: Pose,
+    /// Unit vector in the joint's frame.
+    pub axis: nalgebra::Vector3<f64>,
+    /// Mass distribution, in the joint's frame. Links fixed to it are part of it.
+    pub inertia: Inertia,
+    /// Friction of the joint.
+    pub friction: JointFriction,
+    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or [kg] for a prismatic joint, ≥ 0.
+    pub armature: f64,
+    /// Limits, infinite for none.
+    pub limits: JointLimits,
+}
+
+/// What a joint can do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointLimits {
+    /// Smallest position [rad or m].
+    pub lower: f64,
+    /// Largest position [rad or m].
+    pub upper: f64,
+    /// Largest speed [rad/s or m/s].
+    pub velocity: f64,
+    /// Largest torque [N·m] or force [N].
+    pub effort: f64,
+}
