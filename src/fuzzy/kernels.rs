@@ -270,3 +270,70 @@ impl WithSimd for NormSquared<'_> {
         dot(simd, self.0, self.0)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use pulp::Scalar;
+
+    use super::*;
+
+    /// Every loop on a matrix of 7 rows, and on one of 1: the numbers that it returns, and all that it writes.
+    struct All(usize);
+
+    impl WithSimd for All {
+        type Output = Vec<f64>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+            const COLUMNS: usize = 3 * LANES;
+            let rows = self.0;
+            let some = |len: usize, seed: usize| -> Vec<f64> {
+                (0..len).map(|k| ((k * 37 + seed) % 101) as f64 / 101.0 - 0.3).collect()
+            };
+            let mut weights = some(2 * rows * COLUMNS, 1);
+            let (u, v) = (some(8 * rows, 2), some(8 * COLUMNS, 3));
+            let mut results = vec![0.0; 2];
+            contract(simd, &weights, (&u[..rows], &v[..COLUMNS]), &mut results);
+            let terms: Vec<Term<'_>> = (0..8)
+                .map(|k| Term {
+                    coefficient: 0.1 + k as f64,
+                    u: &u[k * rows..(k + 1) * rows],
+                    v: &v[k * COLUMNS..(k + 1) * COLUMNS],
+                })
+                .collect();
+            for count in 0..=terms.len() {
+                let row = &mut weights[rows * COLUMNS..];
+                results.push(accumulate(simd, row, 0.9, &terms[..count]));
+            }
+            let factors = [(0, 3), (8, 5), (16, 4), (24, 2)];
+            let factors = factors.map(|(first, len)| Span { first, len });
+            let (mut out, mut scratch) = (vec![0.0; 136], vec![0.0; 136]);
+            kronecker(simd, &some(32, 4), &factors, 120, &mut out, &mut scratch);
+            results.push(dot(simd, &weights, &weights));
+            results.extend(weights);
+            results.extend(&out[..120]);
+            results
+        }
+    }
+
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        for rows in [1, 7] {
+            let scalar = All(rows).with_simd(Scalar);
+            assert_eq!(scalar, Arch::new().dispatch(All(rows)));
+            #[cfg(target_arch = "x86_64")]
+            if let Some(v3) = pulp::x86::V3::try_new() {
+                assert_eq!(scalar, Simd::vectorize(v3, All(rows)));
+            }
+        }
+    }
+
+    #[test]
+    fn kronecker_is_the_product_of_its_factors_first_slowest() {
+        let memberships = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 7.0];
+        let memberships = [&memberships[..], &[0.0; 6]].concat();
+        let factors = [Span { first: 0, len: 3 }, Span { first: 8, len: 2 }];
+        let (mut out, mut scratch) = ([9.0; 16], [9.0; 16]);
+        kronecker(Scalar, &memberships, &factors, 8, &mut out, &mut scratch);
+        assert_eq!(out[..8], [5.0, 7.0, 10.0, 14.0, 15.0, 21.0, 0.0, 0.0]);
+    }
+}

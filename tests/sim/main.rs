@@ -1,6 +1,7 @@
 //! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt, and runs that end.
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
+mod carry;
 #[path = "../common/mod.rs"]
 mod common;
 mod endings;
