@@ -152,26 +152,22 @@ impl KernelBasis {
         out: &mut [f64],
     ) {
         let parts = LANES / S::F64_LANES;
-        let mut atoms = atoms.map(|block| S::as_simd_f64s(block).0);
+        let mut atoms = atoms.map(|block| S::as_simd_f64s(block).0.chunks_exact(parts));
         let mut products = [[simd.splat_f64s(1.0); LANES]; B];
         for span in self.axes.spans() {
             let mut sums = [[simd.splat_f64s(0.0); LANES]; B];
-            let mut own = [&[][..]; B];
-            for (own, rest) in own.iter_mut().zip(&mut atoms) {
-                (*own, *rest) = rest.split_at(span.len * parts);
-            }
-            for (set, p) in span.of(memberships).iter().enumerate() {
+            for p in span.of(memberships) {
                 let p = simd.splat_f64s(*p);
-                for (sums, own) in sums.iter_mut().zip(&own) {
-                    let own = &own[set * parts..(set + 1) * parts];
-                    for (sum, q) in sums.iter_mut().zip(own) {
-                        *sum = simd.add_f64s(*sum, simd.mul_f64s(p, *q));
+                for (sums, atoms) in sums.iter_mut().zip(&mut atoms) {
+                    let Some(lanes) = atoms.next() else { return };
+                    for part in 0..parts {
+                        sums[part] = simd.add_f64s(sums[part], simd.mul_f64s(p, lanes[part]));
                     }
                 }
             }
             for (products, sums) in products.iter_mut().zip(&sums) {
-                for (product, sum) in products[..parts].iter_mut().zip(&sums[..parts]) {
-                    *product = simd.mul_f64s(*product, *sum);
+                for part in 0..parts {
+                    products[part] = simd.mul_f64s(products[part], sums[part]);
                 }
             }
         }
