@@ -109,13 +109,14 @@ impl<const N: usize> KernelCompensator<N> {
         delta: &Vector<N>,
         pending: (usize, usize),
     ) {
-        let Places { row, coefficients, gram, sizes, kernels, .. } = self.places;
+        let Places { row, coefficients, gram, gram_row, sizes, kernels, .. } = self.places;
         let used = Self::used_row(state.atoms);
         let memory = &mut state.buffer.as_mut()[state.offset..];
         let size = memory[sizes + atom];
         for n in 0..N {
             let place = coefficients + n * row;
-            let along = dot(simd, &memory[place..][..used], &memory[gram + atom * row..][..used]);
+            let along =
+                dot(simd, &memory[place..][..used], &memory[gram + atom * gram_row..][..used]);
             state.norms[n] += delta[n] * (2.0 * state.scale[n] * along + delta[n] * size);
             memory[place + atom] += delta[n] / state.scale[n];
         }
@@ -127,16 +128,26 @@ impl<const N: usize> KernelCompensator<N> {
     /// Makes a term an atom in a place that is free.
     #[inline(always)]
     fn insert<B: Buffer>(&self, state: &mut KernelState<N, B>, atom: usize, term: &Term<'_, N>) {
-        let Places { row, coefficients, gram, sizes, inverses, kernels, stages, stage, .. } =
-            self.places;
+        let Places {
+            row,
+            coefficients,
+            gram,
+            gram_row,
+            sizes,
+            inverses,
+            kernels,
+            stages,
+            stage,
+            ..
+        } = self.places;
         let Term { stage: j, count, coefficient, size } = *term;
         let (atoms, used) = (state.atoms, Self::used_row(state.atoms));
         let memory = &mut state.buffer.as_mut()[state.offset..];
         let own = kernels + j * row;
         memory[own + atom] = size;
-        memory.copy_within(own..own + used, gram + atom * row);
+        memory.copy_within(own..own + used, gram + atom * gram_row);
         for k in 0..atoms {
-            memory[gram + k * row + atom] = memory[own + k];
+            memory[gram + k * gram_row + atom] = memory[own + k];
         }
         memory[sizes + atom] = size;
         memory[inverses + atom] = 1.0 / size;

@@ -66,8 +66,10 @@ struct Places {
     row: usize,
     /// Start of the coefficients, a row a joint, to be multiplied by the state's scale.
     coefficients: usize,
-    /// Start of the kernels of the atoms with each other, a row an atom.
+    /// Start of the kernels of the atoms with each other, a row an atom, and the distance of the rows: an odd number of
+    /// cache lines, so that a column does not fall on the same few places of the cache.
     gram: usize,
+    gram_row: usize,
     /// Start of k(x_k, x_k), and of 1/k(x_k, x_k).
     sizes: usize,
     inverses: usize,
@@ -193,7 +195,8 @@ impl Places {
         let row = capacity.next_multiple_of(LANES);
         let coefficients = row * basis.sets();
         let gram = coefficients + joints * row;
-        let sizes = gram + capacity * row;
+        let gram_row = (row / LANES | 1) * LANES;
+        let sizes = gram + capacity * gram_row;
         let inverses = sizes + row;
         let kernels = inverses + row;
         let stages = kernels + (MAX_STAGES + 1) * row;
@@ -201,6 +204,19 @@ impl Places {
         let x = stages + MAX_STAGES * stage;
         let scratch = x + basis.inputs().next_multiple_of(LANES);
         let end = scratch + basis.scratch_len();
-        Self { row, coefficients, gram, sizes, inverses, kernels, stages, stage, x, scratch, end }
+        Self {
+            row,
+            coefficients,
+            gram,
+            gram_row,
+            sizes,
+            inverses,
+            kernels,
+            stages,
+            stage,
+            x,
+            scratch,
+            end,
+        }
     }
 }
