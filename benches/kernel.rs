@@ -35,22 +35,31 @@ fn path<const N: usize>() -> Vec<SampleOf<N>> {
     (0..SAMPLES).map(at).collect()
 }
 
-/// A step of N joints, 2 N inputs, with a dictionary that is full.
-fn step_of<const N: usize>(c: &mut Criterion, group: &str, kernel: KernelParameters) {
+/// What a step does with its term.
+#[derive(Clone, Copy)]
+enum Fate {
+    Merged,
+    Dropping,
+}
+
+/// A step of N joints, 2 N inputs of five sets, with a full dictionary.
+fn step_of<const N: usize>(c: &mut Criterion, group: &str, capacity: usize, fate: Fate) {
     let law = Adaptation { gain: [100.0; N], leak_rate: 0.1, ..Adaptation::default() };
-    let controller = scene::joints(true, law, kernel);
-    let (mut state, samples) = (scene::fresh(&controller), path::<N>());
-    for (q, dq, desired) in samples.iter().cycle().take(10 * SAMPLES) {
-        controller.step(&mut state, q, dq, desired, PERIOD).unwrap();
+    let of = |merge_tolerance| {
+        scene::joints::<N>(true, law, KernelParameters { capacity, merge_tolerance })
+    };
+    let (filling, merging) = (of(0.0), of(0.9999));
+    let samples = path::<N>();
+    let mut state = scene::fresh(&filling);
+    for (q, dq, desired) in samples.iter().cycle().step_by(7).take(capacity) {
+        filling.step(&mut state, q, dq, desired, PERIOD).unwrap();
     }
-    let memory = &state.compensator;
-    let name = format!(
-        "{N} joints, {} inputs, {} atoms, merging {}",
-        2 * N,
-        memory.atoms(),
-        kernel.merge_tolerance
-    );
-    println!("{name}: {} merged, {} dropped", memory.merged(), memory.dropped());
+    assert_eq!(state.compensator.atoms(), capacity);
+    let (controller, name) = match fate {
+        Fate::Merged => (&merging, "merging"),
+        Fate::Dropping => (&filling, "dropping"),
+    };
+    let name = format!("{N} joints, {} inputs, {capacity} atoms, {name}", 2 * N);
     let mut next = samples.iter().cycle();
     c.benchmark_group(group).bench_function(name, |b| {
         b.iter(|| {
@@ -61,23 +70,21 @@ fn step_of<const N: usize>(c: &mut Criterion, group: &str, kernel: KernelParamet
 }
 
 fn joints(c: &mut Criterion) {
-    let kernel = KernelParameters { capacity: 256, merge_tolerance: 0.5 };
-    step_of::<1>(c, "kernel step, joints", kernel);
-    step_of::<2>(c, "kernel step, joints", kernel);
-    step_of::<3>(c, "kernel step, joints", kernel);
-    step_of::<4>(c, "kernel step, joints", kernel);
-    step_of::<5>(c, "kernel step, joints", kernel);
-    step_of::<6>(c, "kernel step, joints", kernel);
-    step_of::<7>(c, "kernel step, joints", kernel);
-    step_of::<8>(c, "kernel step, joints", kernel);
+    let group = "kernel step, joints";
+    step_of::<1>(c, group, 256, Fate::Merged);
+    step_of::<2>(c, group, 256, Fate::Merged);
+    step_of::<3>(c, group, 256, Fate::Merged);
+    step_of::<4>(c, group, 256, Fate::Merged);
+    step_of::<5>(c, group, 256, Fate::Merged);
+    step_of::<6>(c, group, 256, Fate::Merged);
+    step_of::<7>(c, group, 256, Fate::Merged);
+    step_of::<8>(c, group, 256, Fate::Merged);
 }
 
-/// 7 joints; every step merges, and every step drops.
 fn atoms(c: &mut Criterion) {
-    for merge_tolerance in [0.99, 0.0] {
+    for fate in [Fate::Merged, Fate::Dropping] {
         for capacity in [16, 64, 128, 256, 512, 1024] {
-            let kernel = KernelParameters { capacity, merge_tolerance };
-            step_of::<7>(c, "kernel step, atoms", kernel);
+            step_of::<7>(c, "kernel step, atoms", capacity, fate);
         }
     }
 }

@@ -279,7 +279,7 @@ fn every_axis_is_refused_by_name() {
     assert_eq!(name(refused(&axis(&[0.0, 1.0, 2.0], &[0.5, 0.5]))), "width");
     let many = [0.0; 100];
     let wide = Axis { centers: &many, widths: &[1.0] };
-    assert_eq!(name(refused(&vec![wide; MAX_SETS / 100 + 1])), "sets");
+    assert_eq!(name(refused(&[wide; MAX_SETS / 100 + 1])), "sets");
     let (basis, mut work) = (grid(), vec![0.0; grid().work_len()]);
     let x = [0.0; 4];
     assert!(basis.kernel(&x, &x, &mut work).is_ok());

@@ -1,4 +1,5 @@
 //! The paper's grid in both forms, and seven joints with the largest one.
+#![allow(dead_code)]
 
 use steadyarm::arm::{Arm, TwoLink};
 use steadyarm::control::{

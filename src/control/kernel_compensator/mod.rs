@@ -195,7 +195,7 @@ impl Places {
         let row = capacity.next_multiple_of(LANES);
         let coefficients = row * basis.sets();
         let gram = coefficients + joints * row;
-        let gram_row = (row / LANES | 1) * LANES;
+        let gram_row = ((row / LANES) | 1) * LANES;
         let sizes = gram + capacity * gram_row;
         let inverses = sizes + row;
         let kernels = inverses + row;
