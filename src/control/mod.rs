@@ -5,6 +5,7 @@ mod adaptation;
 mod computed_torque;
 mod fuzzy_compensator;
 mod inputs;
+mod kernel_compensator;
 mod limits;
 #[cfg(feature = "std")]
 mod saved;
@@ -15,6 +16,7 @@ pub(crate) use computed_torque::check_period;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
 pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState, MAX_STAGES};
 pub use inputs::{Inputs, Signal};
+pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use limits::Limits;
 
 use crate::error::Result;

@@ -14,11 +14,11 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::axes::{self, Axes, Axis};
 use super::kernels::{LANES, Span, dot, kronecker};
-use super::lattice::{self, Lattice};
 use super::layout::Layout;
-use super::membership::{Sets, exponentials};
-use crate::error::{Error, Result, finite, within};
+use super::membership::exponentials;
+use crate::error::{Error, Result, finite};
 use crate::math::sqrt;
 
 /// Most inputs of a basis: seven signals of eight joints fit.
@@ -29,9 +29,6 @@ pub const MAX_SETS: usize = 512;
 
 /// Most rules of a basis.
 pub const MAX_RULES: usize = 1 << 20;
-
-/// Groups of inputs that are evaluated side by side at the most.
-const MAX_LATTICES: usize = 8;
 
 /// How sets combine to rules.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,42 +53,14 @@ impl Form {
     }
 }
 
-/// The Gaussian sets of one input.
-#[derive(Clone, Copy, Debug)]
-pub struct Axis<'a> {
-    /// Centres, in the unit of the (scaled) input.
-    pub centers: &'a [f64],
-    /// Standard deviations σ: one for all sets, or one a set.
-    pub widths: &'a [f64],
-}
-
 /// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes to.
 #[derive(Clone, Debug)]
 pub struct FuzzyBasis {
     form: Form,
-    normalized: bool,
-    inputs: usize,
-    axes: [AxisRecord; MAX_INPUTS],
-    /// The sets of every input, block after block.
+    axes: Axes,
+    /// The memberships of every input, block after block.
     factors: [Span; MAX_INPUTS],
-    sets: Sets,
-    lattices: [Lattice; MAX_LATTICES],
-    /// Inputs that are in none of them.
-    off_lattice: [usize; MAX_INPUTS],
-    off_lattice_count: usize,
     layout: Layout,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct AxisRecord {
-    /// Its sets.
-    span: Span,
-    /// Start of its memberships in an evaluated basis.
-    out: usize,
-}
-
-impl AxisRecord {
-    const NONE: Self = Self { span: Span::EMPTY, out: 0 };
 }
 
 /// One evaluated block of ξ = u ⊗ v; v is padded with zeros to whole lanes.
@@ -108,47 +77,16 @@ impl FuzzyBasis {
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`,
     /// `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`], [`MAX_RULES`]; nothing is allocated before that is known.
     pub fn new(form: Form, normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
-        at_most("inputs", axes.len(), MAX_INPUTS)?;
-        if axes.is_empty() {
-            return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
-        }
-        let mut records = [AxisRecord::NONE; MAX_INPUTS];
-        let (mut sets, mut lattices) = (Sets::NONE, [Lattice::EMPTY; MAX_LATTICES]);
-        let (mut off_lattice, mut off_lattice_count) = ([0; MAX_INPUTS], 0);
-        let (mut set_count, mut out) = (0, 0);
-        for (input, (axis, record)) in axes.iter().zip(&mut records).enumerate() {
-            check_axis(axis)?;
-            record.span = Span { first: set_count, len: axis.centers.len() };
-            at_most("sets", set_count.saturating_add(record.span.len), MAX_SETS)?;
-            sets.write(record.span, axis.centers, axis.widths);
-            record.out = out;
-            if !lattices.iter_mut().any(|it| it.take(input, out, axis.centers, axis.widths)) {
-                off_lattice[off_lattice_count] = input;
-                off_lattice_count += 1;
-            }
-            out += if form.is_product() { record.span.lanes().len } else { record.span.len };
-            set_count += record.span.len;
-        }
-        let inputs = axes.len();
-        let counts = records.map(|record| record.span.len);
-        let layout = Layout::new(form, &counts[..inputs], out)?;
+        let axes = Axes::new(normalized, axes, if form.is_product() { LANES } else { 1 })?;
+        let mut spans = [Span::EMPTY; MAX_INPUTS];
+        spans.iter_mut().zip(axes.spans()).for_each(|(to, span)| *to = span);
+        let (spans, counts) = (&spans[..axes.inputs()], spans.map(|span| span.len));
+        let layout = Layout::new(form, &counts[..axes.inputs()], axes.len())?;
         let mut factors = [Span::EMPTY; MAX_INPUTS];
-        for (i, record) in records[..inputs].iter().enumerate() {
-            factors[i % layout.blocks * layout.inputs + i / layout.blocks] =
-                Span { first: record.out, ..record.span };
+        for (i, span) in spans.iter().enumerate() {
+            factors[i % layout.blocks * layout.inputs + i / layout.blocks] = *span;
         }
-        Ok(Self {
-            form,
-            normalized,
-            inputs,
-            axes: records,
-            factors,
-            sets,
-            lattices,
-            off_lattice,
-            off_lattice_count,
-            layout,
-        })
+        Ok(Self { form, axes, factors, layout })
     }
 
     /// How the sets combine.
@@ -158,12 +96,12 @@ impl FuzzyBasis {
 
     /// Whether ξ is normalised (fuzzy basis functions) or raw (firing strengths).
     pub fn normalized(&self) -> bool {
-        self.normalized
+        self.axes.normalized()
     }
 
     /// Number of inputs, the length of x.
     pub fn inputs(&self) -> usize {
-        self.inputs
+        self.axes.inputs()
     }
 
     /// Number of rules, the length of ξ (for a basis per joint: of all joints' together).
@@ -181,7 +119,7 @@ impl FuzzyBasis {
     /// # Errors
     /// `x`: wrong length or not finite. `work`, `xi`: wrong length.
     pub fn evaluate(&self, x: &[f64], work: &mut [f64], xi: &mut [f64]) -> Result<()> {
-        length("x", x.len(), self.inputs)?;
+        length("x", x.len(), self.inputs())?;
         length("work", work.len(), self.work_len())?;
         length("xi", xi.len(), self.rules())?;
         finite("x", x)?;
@@ -240,7 +178,7 @@ impl FuzzyBasis {
 
     /// Length of the scratch memory of [`activate`](Self::activate).
     pub(crate) fn scratch_len(&self) -> usize {
-        (self.layout.stride.max(self.layout.outer) + LANES).max(lattice::SCRATCH_LEN)
+        (self.layout.stride.max(self.layout.outer) + LANES).max(axes::SCRATCH_LEN)
     }
 
     /// Block `block` of an evaluated basis.
@@ -279,11 +217,11 @@ impl FuzzyBasis {
             activation[stride + LANES] = 1.0;
             return match self.form {
                 Form::Shared => self.activate_shared(x, activation),
-                _ => self.memberships(simd, x, scratch, activation),
+                _ => self.axes.memberships(simd, x, scratch, activation),
             };
         }
         let (products, memberships) = activation.split_at_mut(blocks * size);
-        self.memberships(simd, x, scratch, memberships);
+        self.axes.memberships(simd, x, scratch, memberships);
         for block in 0..blocks {
             let (leading, trailing) = self.factors(block).split_at(leading);
             let place = &mut products[block * size..(block + 1) * size];
@@ -299,32 +237,12 @@ impl FuzzyBasis {
         &self.factors[block * self.layout.inputs..(block + 1) * self.layout.inputs]
     }
 
-    #[inline(always)]
-    fn memberships<S: Simd>(&self, simd: S, x: &[f64], scratch: &mut [f64], out: &mut [f64]) {
-        for lattice in self.lattices.iter().take_while(|it| !it.is_empty()) {
-            if !lattice.memberships(simd, x, self.normalized, scratch, out) {
-                lattice.beyond(x).for_each(|input| self.general_memberships(input, x, out));
-            }
-        }
-        for &input in &self.off_lattice[..self.off_lattice_count] {
-            self.general_memberships(input, x, out);
-        }
-    }
-
-    fn general_memberships(&self, input: usize, x: &[f64], out: &mut [f64]) {
-        let axis = &self.axes[input];
-        let out = Span { first: axis.out, len: axis.span.len }.of_mut(out);
-        self.sets.memberships(axis.span, self.normalized, x[input], out);
-    }
-
     fn activate_shared(&self, x: &[f64], activation: &mut [f64]) {
         let rules = self.layout.inner;
         let out = &mut activation[..rules];
         out.fill(0.0);
-        for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            self.sets.add_exponents(axis.span, x, out);
-        }
-        exponentials(out, self.normalized);
+        self.axes.add_exponents(x, out);
+        exponentials(out, self.normalized());
     }
 }
 
@@ -342,24 +260,6 @@ impl WithSimd for Activate<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         self.basis.activate(simd, self.x, self.scratch, self.activation);
     }
-}
-
-fn check_axis(axis: &Axis<'_>) -> Result<()> {
-    let sets = axis.centers.len();
-    if sets == 0 {
-        return Err(Error::WrongLength { parameter: "centers", got: 0, wanted: 1 });
-    }
-    if axis.widths.len() != 1 {
-        length("width", axis.widths.len(), sets)?;
-    }
-    let reasonable = |c: f64| c.abs() <= 1e9;
-    within("centers", axis.centers, reasonable, "centres between -1e9 and 1e9")?;
-    let usable = |w: f64| (1e-9..=1e9).contains(&w);
-    within("width", axis.widths, usable, "widths > 0, between 1e-9 and 1e9")
-}
-
-fn at_most(parameter: &'static str, got: usize, limit: usize) -> Result<()> {
-    if got > limit { Err(Error::TooMany { parameter, got: Some(got), limit }) } else { Ok(()) }
 }
 
 pub(super) fn length(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {

@@ -2,7 +2,9 @@
 
 #[cfg(feature = "std")]
 mod approximator;
+mod axes;
 mod basis;
+mod kernel_basis;
 pub(crate) mod kernels;
 mod lattice;
 mod layout;
@@ -10,4 +12,7 @@ mod membership;
 
 #[cfg(feature = "std")]
 pub use approximator::FuzzyApproximator;
-pub use basis::{Axis, Form, FuzzyBasis, MAX_INPUTS, MAX_RULES, MAX_SETS};
+pub use axes::Axis;
+pub use basis::{Form, FuzzyBasis, MAX_INPUTS, MAX_RULES, MAX_SETS};
+pub use kernel_basis::KernelBasis;
+pub(crate) use kernel_basis::nearest;

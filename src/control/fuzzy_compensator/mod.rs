@@ -6,6 +6,7 @@
 mod law;
 mod state;
 
+pub(super) use state::Stages;
 pub use state::{Buffer, FuzzyState, MAX_STAGES};
 
 use super::{Adaptation, Gains, Inputs, Sample};
@@ -16,7 +17,7 @@ use crate::math::Vector;
 use crate::riccati::{JointSolution, joint};
 
 /// Weights stay below this, so that their squares are finite.
-const MAX_WEIGHT: f64 = 1e150;
+pub(super) const MAX_WEIGHT: f64 = 1e150;
 
 /// What a fuzzy compensator is made from, beside its basis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -74,7 +74,7 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
 
 /// What each stage of the current step recorded.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stages<const N: usize> {
+pub(in crate::control) struct Stages<const N: usize> {
     /// (W(t) − W₀) ξ.
     pub own: [Vector<N>; MAX_STAGES],
     /// W₀ ξ.
@@ -151,7 +151,7 @@ impl<const N: usize> Stages<N> {
 
 /// The weights at a stage: Dₙ = keepₙ Dₙ(t) + Σ terms_jn ξ_jᵀ over the stages j before it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Mix<const N: usize> {
+pub(in crate::control) struct Mix<const N: usize> {
     pub keep: Vector<N>,
     pub terms: [Vector<N>; MAX_STAGES],
 }

@@ -1,0 +1,107 @@
+//! Cost of a sampled step with the product grid in kernel form: against the number of joints, and of atoms.
+#![allow(clippy::unwrap_used, missing_docs)]
+
+use std::hint::black_box;
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use steadyarm::control::{Adaptation, ComputedTorque, KernelParameters, NoCompensation, State};
+use steadyarm::math::Vector;
+use steadyarm::reference::Setpoint;
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+#[path = "../tests/kernel/scene.rs"]
+mod scene;
+
+/// Period of the sampled controller [s].
+const PERIOD: f64 = 1e-3;
+
+/// States that a run goes through before it comes back to the first.
+const SAMPLES: usize = 1000;
+
+type SampleOf<const N: usize> = (Vector<N>, Vector<N>, Setpoint<N>);
+
+/// A closed path, a little behind its set-point.
+fn path<const N: usize>() -> Vec<SampleOf<N>> {
+    let at = |k: usize| {
+        let t = k as f64 / SAMPLES as f64 * core::f64::consts::TAU;
+        let wave = |n: usize, shift: f64| ((n % 3 + 1) as f64 * t + n as f64 + shift).sin();
+        let q = Vector::<N>::from_fn(|n, _| wave(n, 0.0));
+        let dq = Vector::<N>::from_fn(|n, _| (n % 3 + 1) as f64 * wave(n, 1.57));
+        let ddq = Vector::<N>::zeros();
+        let desired = Setpoint { q: q.add_scalar(0.02), dq: dq.add_scalar(-0.01), ddq };
+        (q, dq, desired)
+    };
+    (0..SAMPLES).map(at).collect()
+}
+
+/// What a step does with its term.
+#[derive(Clone, Copy)]
+enum Fate {
+    Merged,
+    Dropping,
+}
+
+/// A step of N joints, 2 N inputs of five sets, with a full dictionary.
+fn step_of<const N: usize>(c: &mut Criterion, group: &str, capacity: usize, fate: Fate) {
+    let law = Adaptation { gain: [100.0; N], leak_rate: 0.1, ..Adaptation::default() };
+    let of = |merge_tolerance| {
+        scene::joints::<N>(true, law, KernelParameters { capacity, merge_tolerance })
+    };
+    let (filling, merging) = (of(0.0), of(0.9999));
+    let samples = path::<N>();
+    let mut state = scene::fresh(&filling);
+    for (q, dq, desired) in samples.iter().cycle().step_by(7).take(capacity) {
+        filling.step(&mut state, q, dq, desired, PERIOD).unwrap();
+    }
+    assert_eq!(state.compensator.atoms(), capacity);
+    let (controller, name) = match fate {
+        Fate::Merged => (&merging, "merging"),
+        Fate::Dropping => (&filling, "dropping"),
+    };
+    let name = format!("{N} joints, {} inputs, {capacity} atoms, {name}", 2 * N);
+    let mut next = samples.iter().cycle();
+    c.benchmark_group(group).bench_function(name, |b| {
+        b.iter(|| {
+            let (q, dq, desired) = next.next().unwrap();
+            controller.step(&mut state, black_box(q), black_box(dq), desired, PERIOD).unwrap()
+        });
+    });
+}
+
+fn joints(c: &mut Criterion) {
+    let group = "kernel step, joints";
+    step_of::<1>(c, group, 256, Fate::Merged);
+    step_of::<2>(c, group, 256, Fate::Merged);
+    step_of::<3>(c, group, 256, Fate::Merged);
+    step_of::<4>(c, group, 256, Fate::Merged);
+    step_of::<5>(c, group, 256, Fate::Merged);
+    step_of::<6>(c, group, 256, Fate::Merged);
+    step_of::<7>(c, group, 256, Fate::Merged);
+    step_of::<8>(c, group, 256, Fate::Merged);
+}
+
+fn atoms(c: &mut Criterion) {
+    for fate in [Fate::Merged, Fate::Dropping] {
+        for capacity in [16, 64, 128, 256, 512, 1024] {
+            step_of::<7>(c, "kernel step, atoms", capacity, fate);
+        }
+    }
+}
+
+fn plain(c: &mut Criterion) {
+    let arm = scene::Joints;
+    let gains = steadyarm::control::Gains::new([8.0; 7], [5.5; 7]).unwrap();
+    let controller = ComputedTorque::new(arm, gains, NoCompensation);
+    let (mut state, samples) = (State::new(()), path::<7>());
+    let mut next = samples.iter().cycle();
+    c.benchmark_group("kernel step, joints").bench_function("7 joints, no compensation", |b| {
+        b.iter(|| {
+            let (q, dq, desired) = next.next().unwrap();
+            controller.step(&mut state, black_box(q), black_box(dq), desired, PERIOD).unwrap()
+        });
+    });
+}
+
+criterion_group!(groups, plain, joints, atoms);
+criterion_main!(groups);

@@ -1,0 +1,108 @@
+//! What a kernel compensator remembers: its dictionary, and what each stage of the current step recorded.
+
+use crate::control::Buffer;
+use crate::control::fuzzy_compensator::Stages;
+use crate::fuzzy::kernels::LANES;
+use crate::math::{Vector, sqrt};
+
+/// Dictionary and scratch memory of a kernel compensator.
+#[derive(Clone, Debug)]
+pub struct KernelState<const N: usize, B> {
+    /// Atoms, coefficients, kernels of the atoms, kernels and memberships of every stage, scratch.
+    pub(super) buffer: B,
+    /// Start of the first whole lane in the buffer: cache lines are read whole from there.
+    pub(super) offset: usize,
+    /// Number of atoms.
+    pub(super) atoms: usize,
+    /// What the coefficients of each joint are multiplied by: they all fade alike.
+    pub(super) scale: Vector<N>,
+    /// Squared norms |Wₙ|² of the rows.
+    pub(super) norms: Vector<N>,
+    /// Bounds of |Wₙ_exact − Wₙ|.
+    pub(super) errors: Vector<N>,
+    pub(super) merged: u64,
+    pub(super) dropped: u64,
+    pub(super) frozen: bool,
+    pub(super) stages: Stages<N>,
+}
+
+impl<const N: usize, B: Buffer> KernelState<N, B> {
+    pub(super) fn over(buffer: B) -> Self {
+        let offset = match buffer.as_ref().as_ptr().align_offset(LANES * size_of::<f64>()) {
+            offset if offset < LANES => offset,
+            _ => 0,
+        };
+        let (zeros, stages) = (Vector::zeros(), Stages::default());
+        Self {
+            buffer,
+            offset,
+            atoms: 0,
+            scale: Vector::repeat(1.0),
+            norms: zeros,
+            errors: zeros,
+            merged: 0,
+            dropped: 0,
+            frozen: false,
+            stages,
+        }
+    }
+
+    /// The buffer from its first whole lane on.
+    #[inline]
+    pub(super) fn memory(&self) -> &[f64] {
+        &self.buffer.as_ref()[self.offset..]
+    }
+
+    #[inline]
+    pub(super) fn memory_mut(&mut self) -> &mut [f64] {
+        &mut self.buffer.as_mut()[self.offset..]
+    }
+
+    /// Number of atoms in the dictionary.
+    pub fn atoms(&self) -> usize {
+        self.atoms
+    }
+
+    /// Terms that were merged into an atom that was there.
+    pub fn merged(&self) -> u64 {
+        self.merged
+    }
+
+    /// Atoms that went because the dictionary was full.
+    pub fn dropped(&self) -> u64 {
+        self.dropped
+    }
+
+    /// A bound of |Wₙ_exact − Wₙ| for each joint, where W_exact has taken the same terms and lost nothing. The error of
+    /// ρ̂ₙ(x) is at most this times |ξ(x)|, which is at most 1 for a normalised basis [rad/s²].
+    pub fn error_bound(&self) -> Vector<N> {
+        self.errors
+    }
+
+    /// |W|, Frobenius.
+    pub fn weights_norm(&self) -> f64 {
+        sqrt(self.norms.sum())
+    }
+
+    /// Stops adaptation; the weights stay in use as they are.
+    pub fn freeze(&mut self) {
+        self.frozen = true;
+    }
+
+    /// Lets adaptation go on.
+    pub fn unfreeze(&mut self) {
+        self.frozen = false;
+    }
+
+    /// Whether adaptation is stopped.
+    pub fn frozen(&self) -> bool {
+        self.frozen
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.buffer.as_mut().fill(0.0);
+        (self.atoms, self.merged, self.dropped) = (0, 0, 0);
+        self.scale = Vector::repeat(1.0);
+        (self.norms, self.errors) = (Vector::zeros(), Vector::zeros());
+    }
+}
