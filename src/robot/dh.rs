@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! standard   ⁱ⁻¹Tᵢ = R_z(θᵢ) T_z(dᵢ) T_x(aᵢ) R_x(αᵢ)              frame i at the far end of link i
-//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ) T_x(aᵢ) R_z(θᵢ) T_z(dᵢ)              frame i on joint i; row i holds aᵢ₋₁, αᵢ₋₁, dᵢ
+//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)        frame i on joint i; row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
 //! ```
 //!
 //! A link of ours has its frame on its joint, so a standard table's mass distributions are moved by T_x(a) R_x(α).

@@ -48,6 +48,17 @@ fn masses_fixed_to_the_base_are_left_out() {
     assert_eq!(arm.joints, read(VALID).unwrap().joints);
 }
 
+/// A chain can be cut out of a robot whose other links are stated badly.
+#[test]
+fn masses_that_do_not_move_need_not_be_those_of_bodies() {
+    let impossible = BLOCK.replace("TYPE", "fixed").replace("izz=\"0.25\"", "izz=\"9\"");
+    let ballast = impossible.replace("tool", "foot");
+    let arm = Description::from_urdf(&with(&ballast), None, Some("tool"), GRAVITY).unwrap();
+    assert_eq!(arm.joints, read(VALID).unwrap().joints);
+    let error = read(&with(&impossible)).unwrap_err().to_string();
+    assert!(error.contains("link \"block\"") && error.contains("triangle"), "{error}");
+}
+
 #[test]
 fn joints_beside_the_chain_are_held_at_zero_and_it_is_said() {
     let tip = |kind: &str| {

@@ -37,7 +37,7 @@ pub(super) fn description(
             quoted(&tree.links[path.tip].name)
         )));
     }
-    let bodies = bodies(tree, &places, moving.len());
+    let bodies = bodies(source, tree, &places, moving.len())?;
     let mut description = Description {
         name: String::new(),
         joints: Vec::with_capacity(moving.len()),
@@ -93,16 +93,22 @@ fn places(tree: &Tree, path: &Path) -> (Vec<Option<Place>>, Vec<Moving>, Vec<usi
 }
 
 /// The mass distributions that each joint of the chain moves, in the joint's frame.
-fn bodies(tree: &Tree, places: &[Option<Place>], joints: usize) -> Vec<Vec<Inertia>> {
+fn bodies(
+    source: &Source,
+    tree: &Tree,
+    places: &[Option<Place>],
+    joints: usize,
+) -> Result<Vec<Vec<Inertia>>, ReadError> {
     let mut bodies = vec![Vec::new(); joints];
     for (link, place) in tree.links.iter().zip(places) {
-        let (Some(inertia), Some(place)) = (&link.inertia, place) else { continue };
+        let (Some(inertial), Some(place)) = (&link.inertial, place) else { continue };
         let body = place.body.checked_sub(1).and_then(|body| bodies.get_mut(body));
         if let Some(parts) = body {
-            parts.push(frames::carried(inertia, &place.pose));
+            link.check(source, inertial)?;
+            parts.push(frames::carried(&inertial.inertia, &place.pose));
         }
     }
-    bodies
+    Ok(bodies)
 }
 
 /// One mass distribution of several; a link that moves must have mass.
@@ -166,7 +172,7 @@ fn massless_note(
     let children = held.iter().map(|&joint| tree.ends[joint].1);
     let massless: Vec<_> = children
         .filter(|&link| places[link].is_some() && link != path.tip)
-        .filter(|&link| tree.links[link].inertia.is_none())
+        .filter(|&link| tree.links[link].inertial.is_none())
         .map(|link| tree.links[link].name.as_str())
         .collect();
     (!massless.is_empty()).then(|| {
