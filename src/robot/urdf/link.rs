@@ -1,0 +1,79 @@
+//! `<link>`: its name and its `<inertial>`.
+
+use nalgebra::Vector3;
+use roxmltree::Node;
+
+use super::elements::Source;
+use crate::arm::{Inertia, Pose};
+use crate::math::Matrix;
+use crate::robot::error::quoted;
+use crate::robot::{ReadError, checks, frames};
+
+/// A link, its mass distribution in its own frame.
+pub(super) struct LinkPart {
+    pub name: String,
+    pub at: usize,
+    pub inertial: Option<Inertial>,
+}
+
+/// `<inertial>`, in the link's frame.
+pub(super) struct Inertial {
+    pub inertia: Inertia,
+    mass_at: usize,
+    moments_at: usize,
+}
+
+impl LinkPart {
+    pub fn read(source: &Source, node: Node) -> Result<Self, ReadError> {
+        let name = source.text(node, "name", "link")?;
+        let owner = format!("link {}", quoted(name));
+        let inertial = match source.child(node, "inertial", &owner)? {
+            Some(element) => Some(inertial(source, element, &owner)?),
+            None => None,
+        };
+        Ok(Self { name: name.to_owned(), at: node.range().start, inertial })
+    }
+
+    /// Refuses a mass distribution that no body has; asked of links that move only.
+    pub fn check(&self, source: &Source, inertial: &Inertial) -> Result<(), ReadError> {
+        let owner = format!("link {}", quoted(&self.name));
+        let Inertial { inertia, mass_at, moments_at } = inertial;
+        if inertia.mass < 0.0 {
+            let message =
+                format!("{owner}, <mass value>: got {}, wants a number >= 0", inertia.mass);
+            return Err(source.error(*mass_at, message));
+        }
+        checks::inertia(inertia)
+            .map_err(|problem| source.error(*moments_at, format!("{owner}, <inertia>, {problem}")))
+    }
+}
+
+/// `<origin>`, or no displacement.
+pub(super) fn origin(source: &Source, parent: Node, owner: &str) -> Result<Pose, ReadError> {
+    let Some(node) = source.child(parent, "origin", owner)? else { return Ok(frames::identity()) };
+    let xyz = source.three(node, "xyz", owner)?.unwrap_or_default();
+    let rpy = source.three(node, "rpy", owner)?.unwrap_or_default();
+    Ok(Pose { rotation: frames::roll_pitch_yaw(rpy), translation: xyz.into() })
+}
+
+fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadError> {
+    let at = node.range().start;
+    let needed = |name: &str| {
+        source.child(node, name, owner)?.ok_or_else(|| {
+            source.error(at, format!("{owner}: got <inertial> without <{name}>, wants one"))
+        })
+    };
+    let frame = origin(source, node, owner)?;
+    let mass_node = needed("mass")?;
+    let mass = source.required(mass_node, "value", owner)?;
+    let moments_node = needed("inertia")?;
+    let entry = |name: &str| source.required(moments_node, name, owner);
+    let (xx, yy, zz) = (entry("ixx")?, entry("iyy")?, entry("izz")?);
+    let (xy, xz, yz) = (entry("ixy")?, entry("ixz")?, entry("iyz")?);
+    let moments = Matrix::<3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    Ok(Inertial {
+        inertia: frames::carried(&Inertia { mass, com: Vector3::zeros(), moments }, &frame),
+        mass_at: mass_node.range().start,
+        moments_at: moments_node.range().start,
+    })
+}
