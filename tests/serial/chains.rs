@@ -96,8 +96,7 @@ pub fn friction(random: &mut Random) -> JointFriction {
 }
 
 pub fn link(random: &mut Random) -> Link {
-    let kind =
-        if random.next() < -0.4 { JointKind::Prismatic } else { JointKind::Revolute };
+    let kind = if random.next() < -0.4 { JointKind::Prismatic } else { JointKind::Revolute };
     let armature = if random.next() < 0.0 { 0.0 } else { random.between(0.0, 0.5) };
     Link {
         kind,

@@ -147,8 +147,7 @@ mod of {
     pub fn slotine_li_is_its_three_terms<const N: usize>(arm: &Serial<N>, random: &mut Random) {
         let (q, dq) = (vector(random, 3.0), vector(random, 2.0));
         let (dq_r, ddq_r) = (vector(random, 2.0), vector(random, 10.0));
-        let terms =
-            arm.mass_matrix(&q) * ddq_r + arm.coriolis(&q, &dq) * dq_r + arm.gravity(&q);
+        let terms = arm.mass_matrix(&q) * ddq_r + arm.coriolis(&q, &dq) * dq_r + arm.gravity(&q);
         close(&arm.slotine_li(&q, &dq, &dq_r, &ddq_r), &terms, ROUNDING);
         let same = arm.without_friction().inverse_dynamics(&q, &dq, &ddq_r);
         close(&arm.slotine_li(&q, &dq, &dq, &ddq_r), &same, ROUNDING);
@@ -183,10 +182,7 @@ mod of {
         close(&tip.translation, &wanted.translation, ROUNDING);
     }
 
-    pub fn jacobian_is_the_slope_of_the_pose<const N: usize>(
-        arm: &Serial<N>,
-        random: &mut Random,
-    ) {
+    pub fn jacobian_is_the_slope_of_the_pose<const N: usize>(arm: &Serial<N>, random: &mut Random) {
         let q: Vector<N> = vector(random, 3.0);
         let h = 2e-3;
         let jacobian = arm.jacobian(&q);

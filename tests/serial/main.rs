@@ -5,8 +5,8 @@
 #[path = "../common/random.rs"]
 mod random;
 
-mod changes;
 mod chains;
+mod changes;
 mod dynamics;
 mod energy;
 mod published;
