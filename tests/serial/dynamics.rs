@@ -36,6 +36,21 @@ on_chains!(poses_are_those_of_rodrigues);
 on_chains!(jacobian_is_the_slope_of_the_pose);
 on_chains!(friction_never_drives);
 
+/// Chains too long for factors of M: articulated bodies.
+#[test]
+fn forward_dynamics_of_long_chains_inverts_inverse_dynamics() {
+    fn of_length<const N: usize>() {
+        for seed in 0..50 {
+            let mut random = crate::random::Random(seed);
+            let arm = chains::chain::<N>(&mut random);
+            of::forward_dynamics_inverts_inverse_dynamics(&arm, &mut random);
+        }
+    }
+    of_length::<10>();
+    of_length::<11>();
+    of_length::<14>();
+}
+
 mod of {
     use super::*;
     use crate::chains::vector;

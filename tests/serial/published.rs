@@ -108,7 +108,8 @@ fn denavit_hartenberg(d: f64, a: f64, alpha: f64) -> Pose {
 fn puma() -> Serial<6> {
     const ROD: f64 = 0.00375;
     // d, a, α | m, centre, moments about it | motor inertia, gear, motor viscous, motor Coulomb
-    let rows: [([f64; 3], f64, [f64; 3], [f64; 3], [f64; 3], [f64; 2]); 6] = [
+    type Row = ([f64; 3], f64, [f64; 3], [f64; 3], [f64; 3], [f64; 2]);
+    let rows: [Row; 6] = [
         (
             [0.0, 0.0, FRAC_PI_2],
             0.0,

@@ -34,6 +34,9 @@ const PROBES: usize = 4;
 /// Less than this share of what lies beyond a joint (m r², or m for one that slides) is rounding.
 const NEGLIGIBLE: f64 = 1e-13;
 
+/// Up to here M and its factors cost less than articulated bodies, whose cost grows with N and not with N³.
+const SHORT: usize = 10;
+
 /// What a serial arm is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SerialParameters<const N: usize> {
@@ -245,6 +248,10 @@ impl<const N: usize> Arm<N> for Serial<N> {
 
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         let turns = self.chain.turns(q);
-        self.chain.accelerations(&turns, &(tau - self.bias_at(&turns, dq)))
+        let net = tau - self.bias_at(&turns, dq);
+        if N <= SHORT {
+            return self.chain.accelerations_by_factors(&turns, &net);
+        }
+        self.chain.accelerations(&turns, &net)
     }
 }
