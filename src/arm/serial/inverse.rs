@@ -7,7 +7,7 @@
 //!
 //! The moment is `h × a` plus the antisymmetric part of S Σ. A joint that slides adds `2 Rᵀω × q̇ z + q̈ z` to a' instead.
 //! In the polar form each product of two velocities becomes half of the sum over both orders, which is C(q, q̇) q̇_r with
-//! Christoffel's C. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5; Niemeyer and Slotine 1991, for the latter.
+//! Christoffel's C. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5; Niemeyer and Slotine 1991, for the polar form.
 
 use super::joint::{Chain, Joint};
 use super::space::{Turn, V3};
@@ -154,7 +154,7 @@ impl<const N: usize> Chain<N> {
         self.inward(turns, &wrenches)
     }
 
-    /// M q̈_r + C(q, q̇) q̇_r + G without armature, for joints before `first` at rest in q̇_r and q̈_r.
+    /// M q̈_r + C(q, q̇) q̇_r + G, without armature.
     #[inline]
     pub fn polar(
         &self,

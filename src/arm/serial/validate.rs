@@ -140,7 +140,7 @@ pub(super) fn validate_inertia(
     let off = (i - i.transpose()).amax();
     moments.within(off, off <= SYMMETRY * i.amax(), "a symmetric matrix")?;
     let mut principal = symmetric_eigenvalues(&((i + i.transpose()) * 0.5))?;
-    principal.sort_by(f64::total_cmp);
+    principal.sort_unstable_by(f64::total_cmp);
     let [least, middle, most] = principal;
     moments.within(least, least >= -MOMENTS * most, "principal moments >= 0")?;
     let slack = least + middle - most;
