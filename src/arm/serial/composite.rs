@@ -1,51 +1,48 @@
 //! The mass matrix from composite bodies: column j is the wrench that accelerates everything beyond joint j, walked inward.
 //!
-//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. Force and moment turn together.
+//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. The wrenches of all joints beyond walk side by side.
 
 use super::joint::{Chain, Mass};
 use super::space::Turn;
 use crate::math::{Matrix, Vector};
 
-/// One component of a force and of its moment, side by side.
-type Pair = [f64; 2];
-
-/// a b − c d of a pair.
-#[inline(always)]
-fn less(a: f64, b: Pair, c: f64, d: Pair) -> Pair {
-    [a * b[0] - c * d[0], a * b[1] - c * d[1]]
+/// Wrenches of `N` joints in one frame, side by side.
+struct Wrenches<const N: usize> {
+    f: [[f64; N]; 3],
+    n: [[f64; N]; 3],
 }
 
-/// a b + c d of a pair.
-#[inline(always)]
-fn more(a: f64, b: Pair, c: f64, d: Pair) -> Pair {
-    [a * b[0] + c * d[0], a * b[1] + c * d[1]]
-}
-
-/// A wrench by components.
-#[derive(Clone, Copy)]
-struct Wrench([Pair; 3]);
-
-impl Wrench {
-    /// What accelerates `body` along its axis by 1.
+impl<const N: usize> Wrenches<N> {
+    /// Those of the joints from `first` on, in the frame before.
     #[inline(always)]
-    fn of(body: &Mass, revolute: bool) -> Self {
-        let (h, k) = (body.h, &body.sigma);
-        if revolute {
-            Self([[-h.y, -k.xz], [h.x, -k.yz], [0.0, k.xx + k.yy]])
-        } else {
-            Self([[0.0, h.y], [0.0, -h.x], [body.m, 0.0]])
+    fn inward(&mut self, first: usize, turn: &Turn) {
+        let Turn { ca, sa, c, s, p } = *turn;
+        let ([fx, fy, fz], [nx, ny, nz]) = (&mut self.f, &mut self.n);
+        for j in first..N {
+            let (x, y) = (c * fx[j] - s * fy[j], s * fx[j] + c * fy[j]);
+            let (y, z) = (ca * y - sa * fz[j], sa * y + ca * fz[j]);
+            let (u, v) = (c * nx[j] - s * ny[j], s * nx[j] + c * ny[j]);
+            let (v, w) = (ca * v - sa * nz[j], sa * v + ca * nz[j]);
+            (fx[j], fy[j], fz[j]) = (x, y, z);
+            nx[j] = u + (p.y * z - p.z * y);
+            ny[j] = v + (p.z * x - p.x * z);
+            nz[j] = w + (p.x * y - p.y * x);
         }
     }
 
-    /// The same in the frame before: R f, and R n + p × R f.
+    /// Sets joint j's to what accelerates `body` along its axis by 1.
     #[inline(always)]
-    fn inward(&self, turn: &Turn) -> Self {
-        let (Turn { ca, sa, c, s, p }, [x, y, z]) = (*turn, self.0);
-        let (x, y) = (less(c, x, s, y), more(s, x, c, y));
-        let (y, z) = (less(ca, y, sa, z), more(sa, y, ca, z));
-        let moment = [less(p.y, z, p.z, y), less(p.z, x, p.x, z), less(p.x, y, p.y, x)];
-        let with = |v: Pair, m: Pair| [v[0], v[1] + m[0]];
-        Self([with(x, moment[0]), with(y, moment[1]), with(z, moment[2])])
+    fn set(&mut self, j: usize, body: &Mass, revolute: bool) {
+        let (h, k) = (body.h, &body.sigma);
+        let (f, n) = if revolute {
+            ([-h.y, h.x, 0.0], [-k.xz, -k.yz, k.xx + k.yy])
+        } else {
+            ([0.0, 0.0, body.m], [h.y, -h.x, 0.0])
+        };
+        for axis in 0..3 {
+            self.f[axis][j] = f[axis];
+            self.n[axis][j] = n[axis];
+        }
     }
 }
 
@@ -53,29 +50,25 @@ impl<const N: usize> Chain<N> {
     /// M(q), armature on the diagonal.
     #[inline(always)]
     pub fn mass_matrix(&self, turns: &[Turn; N]) -> Matrix<N> {
-        let mut columns = [[0.0; N]; N];
-        let mut wrenches = [Wrench([[0.0; 2]; 3]); N];
+        let mut m = Matrix::<N>::zeros();
+        let mut wrenches = Wrenches { f: [[0.0; N]; 3], n: [[0.0; N]; 3] };
         let mut beyond = Mass::ZERO;
         for i in (0..N).rev() {
             let joint = &self.joints[i];
             let body = joint.mass.plus(&beyond);
-            wrenches[i] = Wrench::of(&body, joint.revolute);
-            let along = usize::from(joint.revolute);
+            wrenches.set(i, &body, joint.revolute);
+            let row = if joint.revolute { &wrenches.n[2] } else { &wrenches.f[2] };
             for j in i..N {
-                let entry = wrenches[j].0[2][along];
-                columns[i][j] = entry;
-                columns[j][i] = entry;
+                m[(i, j)] = row[j];
+                m[(j, i)] = row[j];
             }
-            columns[i][i] += joint.armature;
+            m[(i, i)] += joint.armature;
             if i > 0 {
-                let turn = &turns[i];
-                beyond = body.inward(turn);
-                for wrench in &mut wrenches[i..] {
-                    *wrench = wrench.inward(turn);
-                }
+                wrenches.inward(i, &turns[i]);
+                beyond = body.inward(&turns[i]);
             }
         }
-        Matrix::<N>::from(columns)
+        m
     }
 
     /// M(q)⁻¹ τ through `M = Lᵀ D L`, from the last joint to the first as articulated bodies go: fewer operations than theirs
