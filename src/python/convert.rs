@@ -6,9 +6,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
-use super::dispatch::{JOINTS, JointVector};
 use super::value_error;
 use crate::error::{Error, finite};
+use crate::math::{Matrix, Vector};
 
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
@@ -47,35 +47,38 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
 
 /// One value a joint: shape (n,).
 #[inline]
-pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<JointVector> {
+pub(super) fn vector<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector<N>> {
     if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && array.len() == JOINTS
+        && array.len() == N
         && array.data().is_aligned()
         && array.strides()[0] % (align_of::<f64>() as isize) == 0
     {
         let entry = |n| array.get_owned([n]).unwrap_or(f64::NAN);
-        return Ok(JointVector::from_fn(|n, _| entry(n)));
+        return Ok(Vector::from_fn(|n, _| entry(n)));
     }
     let Numbers { shape, values } = numbers(value, name)?;
-    match <[f64; JOINTS]>::try_from(values) {
+    match <[f64; N]>::try_from(values) {
         Ok(values) if shape.len() == 1 => Ok(values.into()),
-        _ => Err(wrong_shape(name, &shape, &format!("({JOINTS},)"))),
+        _ => Err(wrong_shape(name, &shape, &format!("({N},)"))),
     }
 }
 
 /// One value a joint, or a scalar for all joints.
-pub(super) fn joints(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; JOINTS]> {
+pub(super) fn joints<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     let Numbers { shape, values } = numbers(value, name)?;
     match (shape.len(), values.as_slice().try_into()) {
-        (0, _) => Ok([values[0]; JOINTS]),
+        (0, _) => Ok([values[0]; N]),
         (1, Ok(values)) => Ok(values),
-        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({JOINTS},)"))),
+        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({N},)"))),
     }
 }
 
 /// One value a joint, each of them finite.
-pub(super) fn finite_vector(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<JointVector> {
-    let vector = vector(value, name)?;
+pub(super) fn finite_vector<const N: usize>(
+    value: &Bound<'_, PyAny>,
+    name: &'static str,
+) -> PyResult<Vector<N>> {
+    let vector: Vector<N> = vector(value, name)?;
     finite(name, vector.as_slice()).map_err(value_error)?;
     Ok(vector)
 }
@@ -232,6 +235,14 @@ pub(super) fn owned2<'py>(
 ) -> PyResult<Array2<'py>> {
     let rows = values.len() / columns.max(1);
     PyArray1::from_vec(py, values).reshape([rows, columns])
+}
+
+/// A new array of shape (n, n).
+pub(super) fn square<'py, const N: usize>(
+    py: Python<'py>,
+    matrix: &Matrix<N>,
+) -> PyResult<Array2<'py>> {
+    owned2(py, matrix.transpose().as_slice().to_vec(), N)
 }
 
 /// Name of a value's type, for messages.

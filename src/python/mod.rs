@@ -1,5 +1,6 @@
 //! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and in the package.
 
+mod any_arm;
 mod arm;
 mod basis;
 mod compensator;
@@ -7,10 +8,14 @@ mod convert;
 mod design;
 mod dispatch;
 mod fuzzy;
+mod per_joint;
+mod planted;
 mod riccati;
 mod saving;
 mod signals;
 mod simulate;
+mod sources;
+mod tracked;
 mod tracker;
 
 use pyo3::exceptions::PyValueError;
