@@ -5,7 +5,9 @@ mod serial;
 mod two_link;
 
 pub use friction::{Friction, JointFriction};
-pub use serial::{Inertia, JointKind, JointLimits, Link, Pose};
+pub use serial::{
+    Inertia, JointKind, JointLimits, Link, Perturbation, Pose, Serial, SerialParameters,
+};
 pub use two_link::{TwoLink, TwoLinkParameters};
 
 use crate::math::{Matrix, Vector};

@@ -1,5 +1,241 @@
-//! Any fixed-base chain of revolute and prismatic joints.
+//! Any fixed-base chain of revolute and prismatic joints: `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) = τ`.
+//!
+//! M carries the armature on its diagonal. Construction turns every frame so that its joint's axis is z and the next frame
+//! differs by two plane rotations; the recursions then cost one sine and cosine a joint and few products.
 
+mod articulated;
+mod composite;
+mod inertia;
+mod inverse;
+mod joint;
+mod kinematics;
 mod link;
+mod perturb;
+mod regressor;
+mod space;
+mod validate;
 
 pub use link::{Inertia, JointKind, JointLimits, Link, Pose};
+pub use perturb::Perturbation;
+
+use crate::arm::{Arm, JointFriction};
+use crate::error::{Error, Result, finite};
+use crate::math::{Matrix, Vector};
+use joint::Chain;
+use space::V3;
+use validate::{InertiaNames, Of, PoseNames, validate_inertia, validate_pose};
+
+const TIP: PoseNames = PoseNames { rotation: "tip.rotation", translation: "tip.translation" };
+const PAYLOAD: InertiaNames =
+    InertiaNames { mass: "payload.mass", com: "payload.com", moments: "payload.moments" };
+
+/// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many more.
+const PROBES: usize = 4;
+/// Less of M's diagonal than this is rounding.
+const NEGLIGIBLE: f64 = 1e-13;
+
+/// What a serial arm is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SerialParameters<const N: usize> {
+    /// Joints and links from the base on.
+    pub links: [Link; N],
+    /// The tip in the last link's frame.
+    pub tip: Pose,
+    /// Gravity in the axes of the base [m/s²], as `[0.0, 0.0, -9.81]`.
+    pub gravity: [f64; 3],
+}
+
+/// A serial arm with `N` joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Serial<const N: usize> {
+    parameters: SerialParameters<N>,
+    chain: Chain<N>,
+    has_friction: bool,
+}
+
+impl<const N: usize> Serial<N> {
+    /// Checks and prepares the parameters.
+    ///
+    /// M must be positive definite at q = 0 and at some positions spread over a turn [rad] or a metre; it is then almost
+    /// everywhere.
+    ///
+    /// # Errors
+    /// As [`Link::validate`], with the joint as index; `NotFinite` or `OutOfRange` naming `tip.…` or `gravity`; or
+    /// `inertia`, with the joint that moves neither inertia nor armature; `WrongLength` for no links at all.
+    pub fn new(parameters: SerialParameters<N>) -> Result<Self> {
+        if N == 0 {
+            return Err(Error::WrongLength { parameter: "links", got: 0, wanted: 1 });
+        }
+        for (joint, link) in parameters.links.iter().enumerate() {
+            link.validate(joint)?;
+        }
+        validate_pose(&parameters.tip, TIP, None)?;
+        finite("gravity", &parameters.gravity)?;
+        let chain = Chain::new(&parameters);
+        let has_friction = parameters.links.iter().any(|link| !link.friction.is_none());
+        let arm = Self { parameters, chain, has_friction };
+        for probe in 0..=PROBES {
+            // Multiples of the golden angle: all joints at other angles in every probe.
+            let at = |i: usize, _| 2.399_963_229_728_653 * (probe * (i + 1)) as f64;
+            let q = Vector::<N>::from_fn(|i, j| match parameters.links[i].kind {
+                JointKind::Revolute => at(i, j),
+                JointKind::Prismatic => 0.1 * at(i, j),
+            });
+            arm.check_mass_matrix(&q)?;
+        }
+        Ok(arm)
+    }
+
+    fn check_mass_matrix(&self, q: &Vector<N>) -> Result<()> {
+        let turns = self.chain.turns(q);
+        let (mass, free) = (self.chain.mass_matrix(&turns), self.chain.free_inertias(&turns));
+        for joint in (0..N).rev() {
+            let (of, got) = (Of { parameter: "inertia", joint: Some(joint) }, free[joint]);
+            of.finite(mass.column(joint).as_slice())?;
+            let wanted = "inertia or armature that joint moves when all beyond it are free";
+            of.within(got, got > NEGLIGIBLE * mass[(joint, joint)], wanted)?;
+        }
+        finite("gravity", self.gravity(q).as_slice())?;
+        finite("gravity", &[self.potential_energy(q)])
+    }
+
+    /// The parameters it was built from.
+    pub fn parameters(&self) -> &SerialParameters<N> {
+        &self.parameters
+    }
+
+    /// Joints and links from the base on.
+    pub fn links(&self) -> &[Link; N] {
+        &self.parameters.links
+    }
+
+    /// Limits of the joints, infinite for none.
+    pub fn limits(&self) -> [JointLimits; N] {
+        self.parameters.links.map(|link| link.limits)
+    }
+
+    /// Largest torques [N·m] or forces [N], infinite for none.
+    pub fn effort_limit(&self) -> [f64; N] {
+        self.limits().map(|limits| limits.effort)
+    }
+
+    /// Largest speeds [rad/s or m/s], infinite for none.
+    pub fn velocity_limit(&self) -> [f64; N] {
+        self.limits().map(|limits| limits.velocity)
+    }
+
+    /// Smallest and largest positions [rad or m], infinite for none.
+    pub fn position_limits(&self) -> [[f64; 2]; N] {
+        self.limits().map(|limits| [limits.lower, limits.upper])
+    }
+
+    /// The same arm with no friction in any joint.
+    #[must_use]
+    pub fn without_friction(&self) -> Self {
+        let mut arm = *self;
+        for joint in 0..N {
+            arm.parameters.links[joint].friction = JointFriction::default();
+            arm.chain.joints[joint].friction = JointFriction::default();
+        }
+        arm.has_friction = false;
+        arm
+    }
+
+    /// The same arm with a body fixed to its tip, given in the tip's frame.
+    ///
+    /// # Errors
+    /// `NotFinite` or `OutOfRange`, naming `payload.…`; as [`Serial::new`] if numbers overflow together.
+    pub fn with_payload(&self, payload: &Inertia) -> Result<Self> {
+        validate_inertia(payload, PAYLOAD, None)?;
+        let mut parameters = self.parameters;
+        let tip =
+            Pose::new(joint::orthonormal(&parameters.tip.rotation), parameters.tip.translation);
+        let last = &mut parameters.links[N - 1].inertia;
+        *last = last.plus(&payload.transformed(&tip));
+        Self::new(parameters)
+    }
+
+    /// M q̈_r + C(q, q̇) q̇_r + G, without friction: Slotine and Li's law, with Christoffel's C [N·m].
+    pub fn slotine_li(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        dq_r: &Vector<N>,
+        ddq_r: &Vector<N>,
+    ) -> Vector<N> {
+        let turns = self.chain.turns(q);
+        let tau = self.chain.polar(&turns, dq, (dq_r, ddq_r), self.upward());
+        self.with_armature(tau, ddq_r)
+    }
+
+    /// −g, the acceleration of the base that weighs as gravity does.
+    #[inline(always)]
+    fn upward(&self) -> V3 {
+        V3::ZERO - self.chain.gravity
+    }
+
+    #[inline(always)]
+    fn with_armature(&self, mut tau: Vector<N>, ddq: &Vector<N>) -> Vector<N> {
+        for i in 0..N {
+            tau[i] += self.chain.joints[i].armature * ddq[i];
+        }
+        tau
+    }
+
+    #[inline(always)]
+    fn with_friction(&self, mut tau: Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        if self.has_friction {
+            for i in 0..N {
+                tau[i] += self.chain.joints[i].friction.torque(dq[i]);
+            }
+        }
+        tau
+    }
+
+    #[inline(always)]
+    fn bias_at(&self, turns: &[space::Turn; N], dq: &Vector<N>) -> Vector<N> {
+        self.with_friction(self.chain.inverse(turns, dq, None, self.upward()), dq)
+    }
+}
+
+impl<const N: usize> Arm<N> for Serial<N> {
+    fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
+        self.chain.mass_matrix(&self.chain.turns(q))
+    }
+
+    fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N> {
+        self.chain.coriolis(&self.chain.turns(q), dq)
+    }
+
+    fn gravity(&self, q: &Vector<N>) -> Vector<N> {
+        self.chain.inverse(&self.chain.turns(q), &Vector::zeros(), None, self.upward())
+    }
+
+    fn friction(&self, dq: &Vector<N>) -> Vector<N> {
+        self.with_friction(Vector::zeros(), dq)
+    }
+
+    fn potential_energy(&self, q: &Vector<N>) -> f64 {
+        self.chain.potential_energy(&self.chain.turns(q))
+    }
+
+    fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        self.bias_at(&self.chain.turns(q), dq)
+    }
+
+    fn mass_matrix_and_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> (Matrix<N>, Vector<N>) {
+        let turns = self.chain.turns(q);
+        (self.chain.mass_matrix(&turns), self.bias_at(&turns, dq))
+    }
+
+    fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
+        let turns = self.chain.turns(q);
+        let tau = self.chain.inverse(&turns, dq, Some(ddq), self.upward());
+        self.with_friction(self.with_armature(tau, ddq), dq)
+    }
+
+    fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
+        let turns = self.chain.turns(q);
+        self.chain.accelerations(&turns, &(tau - self.bias_at(&turns, dq)))
+    }
+}

@@ -1,0 +1,147 @@
+//! Frames and mass distributions: how they combine.
+
+use super::validate::{InertiaNames, validate_inertia};
+use super::{Inertia, JointKind, JointLimits, Link, Pose};
+use crate::arm::JointFriction;
+use crate::error::Result;
+use crate::math::Matrix;
+
+type Vector3 = nalgebra::Vector3<f64>;
+
+const INERTIA: InertiaNames = InertiaNames { mass: "mass", com: "com", moments: "moments" };
+
+impl Pose {
+    /// The outer frame itself.
+    pub const IDENTITY: Self = Self {
+        rotation: Matrix::<3>::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
+        translation: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// x_outer = R x_inner + p.
+    pub const fn new(rotation: Matrix<3>, translation: Vector3) -> Self {
+        Self { rotation, translation }
+    }
+
+    /// A frame with the outer one's axes, p away.
+    pub const fn at(translation: Vector3) -> Self {
+        Self { rotation: Self::IDENTITY.rotation, translation }
+    }
+
+    /// `inner`, which is given in this frame, in the outer one.
+    #[must_use]
+    pub fn then(&self, inner: &Self) -> Self {
+        Self {
+            rotation: self.rotation * inner.rotation,
+            translation: self.point(&inner.translation),
+        }
+    }
+
+    /// The outer frame in this one.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self { rotation, translation: -(rotation * self.translation) }
+    }
+
+    /// R x + p [m].
+    pub fn point(&self, x: &Vector3) -> Vector3 {
+        self.rotation * x + self.translation
+    }
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Inertia {
+    /// No mass.
+    pub const NONE: Self = Self {
+        mass: 0.0,
+        com: Vector3::new(0.0, 0.0, 0.0),
+        moments: Matrix::<3>::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+    };
+
+    /// A mass [kg] in one point [m].
+    pub const fn point_mass(mass: f64, com: Vector3) -> Self {
+        Self { mass, com, moments: Self::NONE.moments }
+    }
+
+    /// Refuses a mass distribution that matter cannot have.
+    ///
+    /// # Errors
+    /// `NotFinite` or `OutOfRange`, naming `mass`, `com` or `moments`.
+    pub fn validate(&self) -> Result<()> {
+        validate_inertia(self, INERTIA, None)
+    }
+
+    /// Both together, as one rigid body: `I = I₁ + I₂ + m₁m₂/(m₁ + m₂) (|d|² 1 − d dᵀ)` with d between the centres of mass.
+    #[must_use]
+    pub fn plus(&self, other: &Self) -> Self {
+        let mass = self.mass + other.mass;
+        if mass == 0.0 {
+            return Self { mass, com: self.com, moments: self.moments + other.moments };
+        }
+        let share = other.mass / mass;
+        let apart = other.com - self.com;
+        Self {
+            mass,
+            com: self.com + apart * share,
+            moments: self.moments + other.moments + of_point(self.mass * share, &apart),
+        }
+    }
+
+    /// The same body in the frame in which this one's frame is `pose`.
+    #[must_use]
+    pub fn transformed(&self, pose: &Pose) -> Self {
+        let moments = pose.rotation * self.moments * pose.rotation.transpose();
+        Self { mass: self.mass, com: pose.point(&self.com), moments: symmetric(&moments) }
+    }
+
+    /// Moments about the frame's origin [kg·m²].
+    pub fn moments_about_origin(&self) -> Matrix<3> {
+        self.moments + of_point(self.mass, &self.com)
+    }
+}
+
+impl Default for Inertia {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl JointLimits {
+    /// None at all.
+    pub const NONE: Self = Self {
+        lower: f64::NEG_INFINITY,
+        upper: f64::INFINITY,
+        velocity: f64::INFINITY,
+        effort: f64::INFINITY,
+    };
+}
+
+impl Default for JointLimits {
+    fn default() -> Self {
+        Self::NONE
+    }
+}
+
+impl Link {
+    /// A joint without friction, armature and limits, and its link.
+    pub fn new(kind: JointKind, placement: Pose, axis: Vector3, inertia: Inertia) -> Self {
+        let (friction, limits) = (JointFriction::default(), JointLimits::NONE);
+        Self { kind, placement, axis, inertia, friction, armature: 0.0, limits }
+    }
+}
+
+/// m (|d|² 1 − d dᵀ).
+fn of_point(mass: f64, d: &Vector3) -> Matrix<3> {
+    let [x, y, z] = [d[0], d[1], d[2]];
+    let (xy, xz, yz) = (-(x * y), -(x * z), -(y * z));
+    Matrix::<3>::new(y * y + z * z, xy, xz, xy, x * x + z * z, yz, xz, yz, x * x + y * y) * mass
+}
+
+pub(super) fn symmetric(a: &Matrix<3>) -> Matrix<3> {
+    (a + a.transpose()) * 0.5
+}

@@ -1,0 +1,228 @@
+//! Newton and Euler's recursion from q, q̇, q̈ to the joint torques, and its polar form in two velocities.
+//!
+//! ```text
+//! outward:  ω' = Rᵀω + q̇ z     ω̇' = Rᵀω̇ + Rᵀω × q̇ z + q̈ z     a' = Rᵀ(a + S p)      S = [ω̇]ₓ + [ω]ₓ[ω]ₓ
+//! inward:   f = m a + S h + R'f'     n = ∫ r × (a + S r) dm + R'n' + p' × R'f'     τ = zᵀn
+//! ```
+//!
+//! The moment is `h × a` plus the antisymmetric part of S Σ. A joint that slides adds `2 Rᵀω × q̇ z + q̈ z` to a' instead.
+//! In the polar form each product of two velocities becomes half of the sum over both orders, which is C(q, q̇) q̇_r with
+//! Christoffel's C. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5; Niemeyer and Slotine 1991, for the latter.
+
+use super::joint::{Chain, Joint};
+use super::space::{Turn, V3};
+use crate::math::{Matrix, Vector};
+
+/// S: the acceleration of the link's points is a + S r.
+pub(super) struct Spread {
+    xx: f64,
+    xy: f64,
+    xz: f64,
+    yx: f64,
+    yy: f64,
+    yz: f64,
+    zx: f64,
+    zy: f64,
+    zz: f64,
+}
+
+impl Spread {
+    #[inline(always)]
+    pub fn new(w: V3, dw: V3) -> Self {
+        let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
+        Self::from_products([xx, yy, zz], [w.x * w.y, w.x * w.z, w.y * w.z], dw)
+    }
+
+    /// With half the products of both orders.
+    #[inline(always)]
+    pub fn polar(w: V3, wr: V3, dw: V3) -> Self {
+        let mixed = [
+            0.5 * (w.x * wr.y + w.y * wr.x),
+            0.5 * (w.x * wr.z + w.z * wr.x),
+            0.5 * (w.y * wr.z + w.z * wr.y),
+        ];
+        Self::from_products([w.x * wr.x, w.y * wr.y, w.z * wr.z], mixed, dw)
+    }
+
+    #[inline(always)]
+    fn from_products([xx, yy, zz]: [f64; 3], [xy, xz, yz]: [f64; 3], dw: V3) -> Self {
+        Self {
+            xx: -(yy + zz),
+            yy: -(xx + zz),
+            zz: -(xx + yy),
+            xy: xy - dw.z,
+            yx: xy + dw.z,
+            xz: xz + dw.y,
+            zx: xz - dw.y,
+            yz: yz - dw.x,
+            zy: yz + dw.x,
+        }
+    }
+
+    /// S r.
+    #[inline(always)]
+    pub fn at(&self, r: V3) -> V3 {
+        V3::new(
+            self.xx * r.x + self.xy * r.y + self.xz * r.z,
+            self.yx * r.x + self.yy * r.y + self.yz * r.z,
+            self.zx * r.x + self.zy * r.y + self.zz * r.z,
+        )
+    }
+
+    /// Sᵀ r.
+    pub fn transposed_at(&self, r: V3) -> V3 {
+        V3::new(
+            self.xx * r.x + self.yx * r.y + self.zx * r.z,
+            self.xy * r.x + self.yy * r.y + self.zy * r.z,
+            self.xz * r.x + self.yz * r.y + self.zz * r.z,
+        )
+    }
+}
+
+/// Force, and moment about the frame's origin.
+#[derive(Clone, Copy)]
+pub(super) struct Wrench {
+    pub f: V3,
+    pub n: V3,
+}
+
+impl Wrench {
+    pub const ZERO: Self = Self { f: V3::ZERO, n: V3::ZERO };
+
+    /// The same in the frame before.
+    #[inline(always)]
+    pub fn inward(&self, turn: &Turn) -> Self {
+        let f = turn.inward(self.f);
+        Self { f, n: turn.inward(self.n) + turn.p.cross(f) }
+    }
+}
+
+impl Joint {
+    /// What moves the link's mass. A turning link has kept no m, h_z, Σ_zz, a sliding one no Σ.
+    #[inline(always)]
+    fn wrench(&self, s: &Spread, a: V3) -> Wrench {
+        let (h, k) = (self.mass.h, &self.mass.sigma);
+        if !self.revolute {
+            return Wrench { f: a * self.mass.m + s.at(h), n: h.cross(a) };
+        }
+        let f = V3::new(s.xx * h.x + s.xy * h.y, s.yx * h.x + s.yy * h.y, s.zx * h.x + s.zy * h.y);
+        // n = h × a + [(SΣ)_zy − (SΣ)_yz, (SΣ)_xz − (SΣ)_zx, (SΣ)_yx − (SΣ)_xy]
+        let zy = s.zx * k.xy + s.zy * k.yy + s.zz * k.yz;
+        let yz = s.yx * k.xz + s.yy * k.yz;
+        let xz = s.xx * k.xz + s.xy * k.yz;
+        let zx = s.zx * k.xx + s.zy * k.xy + s.zz * k.xz;
+        let yx = s.yx * k.xx + s.yy * k.xy + s.yz * k.xz;
+        let xy = s.xx * k.xy + s.xy * k.yy + s.xz * k.yz;
+        let n = V3::new(
+            h.y * a.z + (zy - yz),
+            (xz - zx) - h.x * a.z,
+            (h.x * a.y - h.y * a.x) + (yx - xy),
+        );
+        Wrench { f, n }
+    }
+}
+
+impl<const N: usize> Chain<N> {
+    /// M q̈ + C q̇ + G without friction and armature; `upward` is −g, or zero for none.
+    #[inline(always)]
+    pub fn inverse(
+        &self,
+        turns: &[Turn; N],
+        dq: &Vector<N>,
+        ddq: Option<&Vector<N>>,
+        upward: V3,
+    ) -> Vector<N> {
+        let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, upward);
+        let mut s = Spread::new(w, dw);
+        let mut wrenches = [Wrench::ZERO; N];
+        for i in 0..N {
+            let (joint, turn, v) = (&self.joints[i], &turns[i], dq[i]);
+            let faster = ddq.map_or(0.0, |ddq| ddq[i]);
+            a = turn.outward(a + s.at(turn.p));
+            w = turn.outward(w);
+            dw = turn.outward(dw);
+            if joint.revolute {
+                dw += V3::new(w.y * v, -w.x * v, faster);
+                w.z += v;
+            } else {
+                let twice = v + v;
+                a += V3::new(w.y * twice, -w.x * twice, faster);
+            }
+            s = Spread::new(w, dw);
+            wrenches[i] = joint.wrench(&s, a);
+        }
+        self.inward(turns, &wrenches)
+    }
+
+    /// M q̈_r + C(q, q̇) q̇_r + G without armature, for joints before `first` at rest in q̇_r and q̈_r.
+    #[inline]
+    pub fn polar(
+        &self,
+        turns: &[Turn; N],
+        dq: &Vector<N>,
+        (dq_r, ddq_r): (&Vector<N>, &Vector<N>),
+        upward: V3,
+    ) -> Vector<N> {
+        let (mut w, mut wr, mut dw, mut a) = (V3::ZERO, V3::ZERO, V3::ZERO, upward);
+        let mut s = Spread::new(w, dw);
+        let mut wrenches = [Wrench::ZERO; N];
+        for i in 0..N {
+            let (joint, turn) = (&self.joints[i], &turns[i]);
+            a = turn.outward(a + s.at(turn.p));
+            w = turn.outward(w);
+            wr = turn.outward(wr);
+            dw = turn.outward(dw);
+            let turning = w.cross_z() * dq_r[i] + wr.cross_z() * dq[i];
+            let faster = V3::new(0.0, 0.0, ddq_r[i]);
+            if joint.revolute {
+                dw += turning * 0.5 + faster;
+                w.z += dq[i];
+                wr.z += dq_r[i];
+            } else {
+                a += turning + faster;
+            }
+            s = Spread::polar(w, wr, dw);
+            wrenches[i] = joint.wrench(&s, a);
+        }
+        self.inward(turns, &wrenches)
+    }
+
+    /// C(q, q̇) by columns: C eⱼ is what the polar form gives for q̇_r = eⱼ.
+    pub fn coriolis(&self, turns: &[Turn; N], dq: &Vector<N>) -> Matrix<N> {
+        let mut c = Matrix::<N>::zeros();
+        let rest = Vector::<N>::zeros();
+        for j in 0..N {
+            let mut unit = rest;
+            unit[j] = 1.0;
+            c.set_column(j, &self.polar(turns, dq, (&unit, &rest), V3::ZERO));
+        }
+        c
+    }
+
+    /// The torques that the wrenches on the links ask of the joints.
+    #[inline(always)]
+    fn inward(&self, turns: &[Turn; N], wrenches: &[Wrench; N]) -> Vector<N> {
+        let mut tau = Vector::<N>::zeros();
+        let mut beyond = Wrench::ZERO;
+        for i in (0..N).rev() {
+            let (f, n) = (wrenches[i].f + beyond.f, wrenches[i].n + beyond.n);
+            tau[i] = if self.joints[i].revolute { n.z } else { f.z };
+            if i > 0 {
+                beyond = Wrench { f, n }.inward(&turns[i]);
+            }
+        }
+        tau
+    }
+
+    /// U(q) [J].
+    pub fn potential_energy(&self, turns: &[Turn; N]) -> f64 {
+        let (mut energy, mut g, mut weight) = (self.ground_energy, self.gravity, 0.0);
+        for (joint, turn) in self.joints.iter().zip(turns) {
+            // weight = gᵀ (origin), g in the axes of the link
+            weight += g.dot(turn.p);
+            g = turn.outward(g);
+            energy -= joint.mass.m * weight + g.dot(joint.mass.h);
+        }
+        energy
+    }
+}
