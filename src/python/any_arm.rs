@@ -5,7 +5,8 @@ use pyo3::prelude::*;
 use super::arm::PyTwoLink;
 use super::convert::wrong_type;
 use super::dispatch::same_joints;
-use crate::arm::{Arm, TwoLink};
+use super::serial::PySerial;
+use crate::arm::{Arm, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -14,6 +15,7 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 pub(super) enum AnyArm<const N: usize> {
     /// Only where `N` is 2: [`AnyArm::new`] sees to it.
     TwoLink(TwoLink),
+    Serial(Box<Serial<N>>),
 }
 
 /// Joints of the arm that was given as the argument `arm`.
@@ -21,7 +23,10 @@ pub(super) fn joints_of(arm: Any<'_, '_>) -> PyResult<usize> {
     if arm.is_instance_of::<PyTwoLink>() {
         return Ok(2);
     }
-    Err(wrong_type("arm", arm, "a TwoLink"))
+    match arm.cast::<PySerial>() {
+        Ok(serial) => Ok(serial.get().arm.joints()),
+        Err(_) => Err(wrong_type("arm", arm, "a TwoLink or a Serial")),
+    }
 }
 
 impl<const N: usize> AnyArm<N> {
@@ -31,7 +36,9 @@ impl<const N: usize> AnyArm<N> {
         if let Ok(arm) = arm.cast::<PyTwoLink>() {
             return Ok(Self::TwoLink(arm.get().arm));
         }
-        Err(wrong_type("arm", arm, "a TwoLink"))
+        let serial = arm.cast::<PySerial>()?.get().arm.as_any().downcast_ref::<Serial<N>>();
+        let serial = serial.ok_or_else(|| wrong_type("arm", arm, "a TwoLink or a Serial"))?;
+        Ok(Self::Serial(Box::new(*serial)))
     }
 }
 
@@ -57,6 +64,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
         match self {
             Self::TwoLink(arm) => square(&arm.mass_matrix(&two(q))),
+            Self::Serial(arm) => arm.mass_matrix(q),
         }
     }
 
@@ -64,6 +72,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N> {
         match self {
             Self::TwoLink(arm) => square(&arm.coriolis(&two(q), &two(dq))),
+            Self::Serial(arm) => arm.coriolis(q, dq),
         }
     }
 
@@ -71,6 +80,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn gravity(&self, q: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.gravity(&two(q))),
+            Self::Serial(arm) => arm.gravity(q),
         }
     }
 
@@ -78,6 +88,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.friction(&two(dq))),
+            Self::Serial(arm) => arm.friction(dq),
         }
     }
 
@@ -85,6 +96,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn potential_energy(&self, q: &Vector<N>) -> f64 {
         match self {
             Self::TwoLink(arm) => arm.potential_energy(&two(q)),
+            Self::Serial(arm) => arm.potential_energy(q),
         }
     }
 
@@ -92,6 +104,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.bias(&two(q), &two(dq))),
+            Self::Serial(arm) => arm.bias(q, dq),
         }
     }
 
@@ -102,6 +115,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
                 let (mass, bias) = arm.mass_matrix_and_bias(&two(q), &two(dq));
                 (square(&mass), back(&bias))
             }
+            Self::Serial(arm) => arm.mass_matrix_and_bias(q, dq),
         }
     }
 
@@ -109,6 +123,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.inverse_dynamics(&two(q), &two(dq), &two(ddq))),
+            Self::Serial(arm) => arm.inverse_dynamics(q, dq, ddq),
         }
     }
 
@@ -116,6 +131,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.forward_dynamics(&two(q), &two(dq), &two(tau))),
+            Self::Serial(arm) => arm.forward_dynamics(q, dq, tau),
         }
     }
 }

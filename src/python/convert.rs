@@ -1,7 +1,7 @@
 //! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so that a caller may
 //! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
@@ -15,6 +15,9 @@ pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
 
 /// A two-dimensional array.
 pub(super) type Array2<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A three-dimensional array.
+pub(super) type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
 /// Numbers of any shape, row-major.
 pub(super) struct Numbers {
@@ -122,6 +125,18 @@ pub(super) fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
         }
         _ => Err(PyValueError::new_err(format!("{name}: got {}, wants {wanted}", value.str()?))),
     }
+}
+
+/// A whole number from 0 to 2⁶⁴ - 1.
+pub(super) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<u64> {
+    let wanted = "a whole number from 0 to 2^64 - 1";
+    value.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyTypeError>(value.py()) {
+            return wrong_type(name, value, wanted);
+        }
+        let got = value.str().map_or_else(|_| "another".into(), |text| text.to_string());
+        PyValueError::new_err(format!("{name}: got {got}, wants {wanted}"))
+    })
 }
 
 /// One of a few words.
@@ -235,6 +250,40 @@ pub(super) fn owned2<'py>(
 ) -> PyResult<Array2<'py>> {
     let rows = values.len() / columns.max(1);
     PyArray1::from_vec(py, values).reshape([rows, columns])
+}
+
+/// A new array of shape (count, size, size), without a copy.
+pub(super) fn matrices<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    size: usize,
+) -> PyResult<Array3<'py>> {
+    let count = values.len() / (size * size).max(1);
+    PyArray1::from_vec(py, values).reshape([count, size, size])
+}
+
+/// The values in `out`, a float64 array of shape (n,), or in a new array without it.
+#[inline]
+pub(super) fn written<'py>(
+    py: Python<'py>,
+    values: &[f64],
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Some(out) = out else { return Ok(array1(py, values).into_any()) };
+    let wanted = "a float64 array that can be written to";
+    let array = out.cast::<PyArray1<f64>>().map_err(|_| wrong_type("out", out, wanted))?;
+    if array.len() != values.len() {
+        return Err(wrong_shape("out", array.shape(), &format!("({},)", values.len())));
+    }
+    let mut array = array.try_readwrite().map_err(|error| {
+        PyValueError::new_err(format!("out: got one that is read-only ({error}), wants {wanted}"))
+    })?;
+    for (n, value) in values.iter().enumerate() {
+        if let Some(entry) = array.get_mut([n]) {
+            *entry = *value;
+        }
+    }
+    Ok(out.clone())
 }
 
 /// A new array of shape (n, n).

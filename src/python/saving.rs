@@ -40,6 +40,11 @@ pub(super) fn read(path: &Path) -> PyResult<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Refuses a path that leads nowhere.
+pub(super) fn exists(path: &Path) -> PyResult<()> {
+    fs::metadata(path).map(drop).map_err(|error| os_error(&error, path))
+}
+
 /// `OSError` with number, text and path: Python picks the class, such as `FileNotFoundError`.
 fn os_error(error: &Error, path: &Path) -> PyErr {
     let path = path.to_path_buf();
