@@ -1,7 +1,9 @@
 //! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so that a caller may
 //! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
 
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;

@@ -4,9 +4,7 @@ use core::any::Any as Type;
 
 use pyo3::prelude::*;
 
-use super::convert::{
-    Array1, Array2, array1, finite_vector, owned1, owned2, square, written,
-};
+use super::convert::{Array1, Array2, array1, finite_vector, owned1, owned2, square, written};
 use super::value_error;
 use crate::arm::{Arm, Inertia, Link, Perturbation, Pose, Serial, SerialParameters};
 use crate::error::Result;
@@ -59,18 +57,10 @@ pub(super) trait SerialArm: Send + Sync {
     ) -> PyResult<Bound<'py, PyAny>>;
 
     /// Of (q, dq, dq_r, ddq_r).
-    fn slotine_li<'py>(
-        &self,
-        py: Python<'py>,
-        motion: [Any<'_, 'py>; 4],
-    ) -> PyResult<Array1<'py>>;
+    fn slotine_li<'py>(&self, py: Python<'py>, motion: [Any<'_, 'py>; 4]) -> PyResult<Array1<'py>>;
 
     /// Of (q, dq, ddq).
-    fn regressor<'py>(
-        &self,
-        py: Python<'py>,
-        motion: [Any<'_, 'py>; 3],
-    ) -> PyResult<Array2<'py>>;
+    fn regressor<'py>(&self, py: Python<'py>, motion: [Any<'_, 'py>; 3]) -> PyResult<Array2<'py>>;
 
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>>;
     fn kinetic_energy(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<f64>;
@@ -81,7 +71,9 @@ pub(super) trait SerialArm: Send + Sync {
 }
 
 /// The arm of a description.
-pub(super) fn serial_arm<const N: usize>(description: &Description) -> PyResult<Box<dyn SerialArm>> {
+pub(super) fn serial_arm<const N: usize>(
+    description: &Description,
+) -> PyResult<Box<dyn SerialArm>> {
     let links = description.links::<N>().map_err(super::read_error)?;
     let Description { tip, gravity, .. } = *description;
     let arm = Serial::new(SerialParameters { links, tip, gravity });

@@ -85,11 +85,7 @@ struct Column {
 }
 
 impl Column {
-    fn new(
-        value: Option<Any<'_, '_>>,
-        name: &'static str,
-        dimensions: usize,
-    ) -> PyResult<Self> {
+    fn new(value: Option<Any<'_, '_>>, name: &'static str, dimensions: usize) -> PyResult<Self> {
         let numbers = value.map(|value| numbers(value, name)).transpose()?;
         Ok(Self { name, numbers, dimensions })
     }
@@ -105,7 +101,8 @@ impl Column {
         if shape.is_empty() {
             return Ok(values.clone());
         }
-        let Some(entry) = fits.iter().find(|entry| shape[0] == joints && shape[1..] == ***entry) else {
+        let Some(entry) = fits.iter().find(|entry| shape[0] == joints && shape[1..] == ***entry)
+        else {
             let rest = ["", ", 3", ", 3, 3"][..=self.dimensions.min(2)].iter();
             let wanted: Vec<String> = rest
                 .filter(|rest| fits.iter().any(|fit| fit.len() == rest.matches('3').count()))
@@ -153,7 +150,17 @@ pub(super) fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
             let inertia = Inertia { mass, com: com.into(), moments };
             let friction = JointFriction { viscous, coulomb: [coulomb; 2], ..Default::default() };
             let kind = kinds[joint];
-            Ok(DhRow { kind, a, alpha, d, theta_offset, inertia, friction, armature, ..DhRow::default() })
+            Ok(DhRow {
+                kind,
+                a,
+                alpha,
+                d,
+                theta_offset,
+                inertia,
+                friction,
+                armature,
+                ..DhRow::default()
+            })
         })
         .collect()
 }
@@ -174,7 +181,8 @@ fn kinds(value: Option<Any<'_, '_>>, joints: usize) -> PyResult<Vec<JointKind>> 
     let kinds: Vec<JointKind> = words.map(|word| kind(&word?)).collect::<PyResult<_>>()?;
     if kinds.len() != joints {
         let got = kinds.len();
-        let message = format!("kind: got {got} words, wants one, or one for each of {joints} joints");
+        let message =
+            format!("kind: got {got} words, wants one, or one for each of {joints} joints");
         return Err(PyValueError::new_err(message));
     }
     Ok(kinds)
