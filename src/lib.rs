@@ -29,6 +29,7 @@
 //! | [`riccati`] | the equations for P, certified or refused |
 //! | [`design`] | what a design will do, before it runs |
 //! | [`plant`], [`reference`] | what is really there, and where it should go |
+//! | `robot` | descriptions of serial arms from URDF, DH tables and TOML (feature `std`, files `urdf`) |
 //! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
 //! | [`paper`] | the paper's three simulations |
 //!
@@ -57,6 +58,8 @@ pub mod plant;
 mod python;
 pub mod reference;
 pub mod riccati;
+#[cfg(feature = "std")]
+pub mod robot;
 #[cfg(feature = "std")]
 pub mod sim;
 

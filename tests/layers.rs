@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const FLOORS: [&[&str]; 6] = [
     &["error", "math", "eigen"],
     &["riccati", "fuzzy", "reference", "arm"],
-    &["control", "plant"],
+    &["control", "plant", "robot"],
     &["sim", "design"],
     &["paper"],
     &["python"],

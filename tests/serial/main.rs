@@ -1,1 +1,13 @@
+//! Dynamics of serial chains: against Lagrange's equations, against themselves, against the closed form of two links, against
+//! published numbers; and the refusals.
+#![allow(missing_docs, clippy::unwrap_used)]
 
+#[path = "../common/random.rs"]
+mod random;
+
+mod chains;
+mod changes;
+mod dynamics;
+mod energy;
+mod published;
+mod refusals;

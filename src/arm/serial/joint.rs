@@ -144,7 +144,7 @@ fn plain(link: &Link) -> Joint {
 }
 
 /// The mass distribution of a link in the axes of its prepared frame, about its origin.
-fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
+pub(super) fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
     let inertia = &link.inertia;
     let com = user.transpose() * inertia.com;
     let moments = user.transpose() * inertia.moments * user;

@@ -21,7 +21,7 @@ pub use perturb::Perturbation;
 use crate::arm::{Arm, JointFriction};
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, Vector};
-use joint::Chain;
+use joint::{Chain, Mass};
 use space::V3;
 use validate::{InertiaNames, Of, PoseNames, validate_inertia, validate_pose};
 
@@ -31,7 +31,7 @@ const PAYLOAD: InertiaNames =
 
 /// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many more.
 const PROBES: usize = 4;
-/// Less of M's diagonal than this is rounding.
+/// Less than this share of what lies beyond a joint (m r², or m for one that slides) is rounding.
 const NEGLIGIBLE: f64 = 1e-13;
 
 /// What a serial arm is made of.
@@ -89,11 +89,20 @@ impl<const N: usize> Serial<N> {
     fn check_mass_matrix(&self, q: &Vector<N>) -> Result<()> {
         let turns = self.chain.turns(q);
         let (mass, free) = (self.chain.mass_matrix(&turns), self.chain.free_inertias(&turns));
+        let mut beyond = Mass::ZERO;
         for joint in (0..N).rev() {
             let (of, got) = (Of { parameter: "inertia", joint: Some(joint) }, free[joint]);
+            let link = &self.parameters.links[joint];
+            let body = beyond.plus(&joint::mass_in(&self.chain.joints[joint].user, link));
+            let all = match link.kind {
+                JointKind::Revolute => body.sigma.xx + body.sigma.yy + body.sigma.zz,
+                JointKind::Prismatic => body.m,
+            };
             of.finite(mass.column(joint).as_slice())?;
+            of.finite(&[all])?;
             let wanted = "inertia or armature that joint moves when all beyond it are free";
-            of.within(got, got > NEGLIGIBLE * mass[(joint, joint)], wanted)?;
+            of.within(got, got > NEGLIGIBLE * all, wanted)?;
+            beyond = body.inward(&turns[joint]);
         }
         finite("gravity", self.gravity(q).as_slice())?;
         finite("gravity", &[self.potential_energy(q)])

@@ -1,0 +1,72 @@
+//! Descriptions of serial arms: from URDF, from Denavit-Hartenberg tables, from our own TOML, and a few that ship.
+//!
+//! A [`Description`] is what was read; [`Description::links`] turns it into the array that a serial arm is built from.
+//! Files are taken for hostile: sizes and depths are limited, nothing but the file named is opened, and every error says
+//! the line. Source of the format: wiki.ros.org/urdf/XML.
+
+mod checks;
+mod dh;
+mod error;
+#[cfg(feature = "urdf")]
+mod files;
+mod frames;
+#[cfg(feature = "urdf")]
+mod shipped;
+#[cfg(feature = "urdf")]
+mod toml;
+#[cfg(feature = "urdf")]
+mod urdf;
+
+pub use dh::{Convention, DhRow};
+pub use error::ReadError;
+#[cfg(feature = "urdf")]
+pub use shipped::{SHIPPED, shipped};
+
+use crate::arm::{Link, Pose};
+use error::quoted;
+
+/// Gravity where nothing else is said [m/s²]: down the base's z axis.
+pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
+
+/// A serial chain of any length.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// What the robot is called.
+    pub name: String,
+    /// The joints that move, from the base outwards, each with its link.
+    pub joints: Vec<JointDescription>,
+    /// The tip in the frame of the last link.
+    pub tip: Pose,
+    /// Gravity in the base's frame [m/s²].
+    pub gravity: [f64; 3],
+    /// What the file says that was not used, or not taken as it stands; each said once.
+    pub notes: Vec<String>,
+}
+
+/// A joint of a [`Description`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointDescription {
+    /// Name of the joint.
+    pub name: String,
+    /// Name of the link that it moves.
+    pub link_name: String,
+    /// The joint and its link; fixed links are merged into it.
+    pub link: Link,
+}
+
+impl Description {
+    /// The links as an array, for an arm of `N` joints.
+    ///
+    /// # Errors
+    /// If the chain does not have `N` joints.
+    pub fn links<const N: usize>(&self) -> Result<[Link; N], ReadError> {
+        let links: Vec<Link> = self.joints.iter().map(|joint| joint.link).collect();
+        let got = links.len();
+        <[Link; N]>::try_from(links).map_err(|_| {
+            ReadError::new(format!(
+                "joints: {} has {got} between base and tip, wants {N}; choose another base or tip, or an arm of {got} joints",
+                quoted(&self.name)
+            ))
+        })
+    }
+}

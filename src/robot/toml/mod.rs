@@ -1,0 +1,65 @@
+//! Our own format: a description as TOML, the same bits after writing and reading.
+
+mod form;
+mod write;
+
+use std::path::Path;
+
+use super::error::quoted;
+use super::{Description, ReadError, checks, files};
+
+/// The version of the format that is written and read.
+const FORMAT: u32 = 1;
+
+impl Description {
+    /// The description as TOML, with its units; [`Description::from_toml`] gives it back bit for bit.
+    pub fn to_toml(&self) -> String {
+        write::text(self)
+    }
+
+    /// A description from TOML. Unknown entries are refused. Absent are: a rotation that is none, a limit that is
+    /// infinite, friction that is none, gravity that is the usual one.
+    ///
+    /// # Errors
+    /// With the line: what is not TOML or not of the format, a number that is not finite, a mass distribution that no
+    /// body has.
+    pub fn from_toml(text: &str) -> Result<Self, ReadError> {
+        files::limited(text)?;
+        let file: form::File = toml::from_str(text).map_err(|error| syntax(text, &error))?;
+        if file.format != FORMAT {
+            return Err(ReadError::new(format!(
+                "format: got {}, wants {FORMAT}; the file is of another version",
+                file.format
+            )));
+        }
+        let starts: Vec<usize> = file.joint.iter().map(|joint| joint.span().start).collect();
+        let description = file.description();
+        checks::check(&description).map_err(|problem| {
+            match problem.joint.and_then(|joint| starts.get(joint)) {
+                Some(&at) => ReadError::at(text, at, problem.message),
+                None => ReadError::new(problem.message),
+            }
+        })?;
+        Ok(description)
+    }
+
+    /// [`Description::from_toml`] of a file.
+    ///
+    /// # Errors
+    /// As there, and if the file cannot be read.
+    pub fn from_toml_file(path: impl AsRef<Path>) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let text = files::read(path)?;
+        Self::from_toml(&text).map_err(|error| files::named(path, error))
+    }
+}
+
+/// The parser's complaint, in one line and with the line it is about.
+fn syntax(text: &str, error: &toml::de::Error) -> ReadError {
+    let message = quoted(error.message());
+    let message = format!("not the TOML of a robot description: {}", message.trim_matches('"'));
+    match error.span() {
+        Some(span) => ReadError::at(text, span.start, message),
+        None => ReadError::new(message),
+    }
+}

@@ -1,0 +1,189 @@
+//! From the tree to the chain: every link belongs to the last joint before it that lies between base and tip.
+
+use super::elements::Source;
+use super::joint::{JointPart, Motion};
+use super::tree::{Path, Tree};
+use crate::arm::{Inertia, JointFriction, JointKind, Link, Pose};
+use crate::robot::error::{listed, quoted};
+use crate::robot::{Description, JointDescription, ReadError, checks, frames};
+
+/// A link that moves with a joint of the chain, or with the base.
+#[derive(Clone, Copy)]
+struct Place {
+    /// How many joints of the chain lie before it.
+    body: usize,
+    /// Its frame in that of the last of them.
+    pose: Pose,
+}
+
+/// A joint of the chain with its frame in that of the one before.
+struct Moving {
+    joint: usize,
+    placement: Pose,
+}
+
+/// The chain of a path; its name and the notes on unused elements are for the caller.
+pub(super) fn description(
+    source: &Source,
+    tree: &Tree,
+    path: &Path,
+    gravity: [f64; 3],
+) -> Result<Description, ReadError> {
+    let (places, moving, held) = places(tree, path);
+    if moving.is_empty() {
+        return Err(ReadError::new(format!(
+            "joints: got none that moves between {} and {}, wants at least one",
+            quoted(&tree.links[path.base].name),
+            quoted(&tree.links[path.tip].name)
+        )));
+    }
+    let bodies = bodies(tree, &places, moving.len());
+    let mut description = Description {
+        name: String::new(),
+        joints: Vec::with_capacity(moving.len()),
+        tip: places[path.tip].map_or(frames::identity(), |place| place.pose),
+        gravity,
+        notes: Vec::new(),
+    };
+    for (moving, parts) in moving.iter().zip(&bodies) {
+        let joint = &tree.joints[moving.joint];
+        description.notes.extend_from_slice(&joint.notes);
+        let link_at = tree.ends[moving.joint].1;
+        let inertia = merged(source, tree, link_at, parts)?;
+        let armature = tree.armatures.get(&joint.name).copied().unwrap_or(0.0);
+        description.joints.push(JointDescription {
+            name: joint.name.clone(),
+            link_name: joint.child.clone(),
+            link: link(joint, moving.placement, inertia, armature),
+        });
+    }
+    description.notes.extend(held_note(tree, &held));
+    description.notes.extend(massless_note(tree, &places, path, &held));
+    check(source, tree, &moving, &description)?;
+    Ok(description)
+}
+
+/// Where every link beyond the base stands, the joints of the chain, and the joints that move but are held at 0.
+fn places(tree: &Tree, path: &Path) -> (Vec<Option<Place>>, Vec<Moving>, Vec<usize>) {
+    let mut on_path = vec![false; tree.joints.len()];
+    path.joints.iter().for_each(|&joint| on_path[joint] = true);
+    let mut places = vec![None; tree.links.len()];
+    let (mut moving, mut held) = (Vec::new(), Vec::new());
+    let mut waiting = vec![(path.base, Place { body: 0, pose: frames::identity() })];
+    while let Some((link, place)) = waiting.pop() {
+        places[link] = Some(place);
+        for &index in tree.carried[link].iter().rev() {
+            let joint = &tree.joints[index];
+            let pose = frames::compose(&place.pose, &joint.origin);
+            let child = tree.ends[index].1;
+            if joint.moves() && on_path[index] {
+                // The joints of the path come one after another, as each hangs on the one before.
+                moving.push(Moving { joint: index, placement: pose });
+                waiting.push((child, Place { body: place.body + 1, pose: frames::identity() }));
+                continue;
+            }
+            if joint.moves() && place.body > 0 {
+                held.push(index);
+            }
+            waiting.push((child, Place { body: place.body, pose }));
+        }
+    }
+    held.sort_unstable();
+    (places, moving, held)
+}
+
+/// The mass distributions that each joint of the chain moves, in the joint's frame.
+fn bodies(tree: &Tree, places: &[Option<Place>], joints: usize) -> Vec<Vec<Inertia>> {
+    let mut bodies = vec![Vec::new(); joints];
+    for (link, place) in tree.links.iter().zip(places) {
+        let (Some(inertia), Some(place)) = (&link.inertia, place) else { continue };
+        let body = place.body.checked_sub(1).and_then(|body| bodies.get_mut(body));
+        if let Some(parts) = body {
+            parts.push(frames::carried(inertia, &place.pose));
+        }
+    }
+    bodies
+}
+
+/// One mass distribution of several; a link that moves must have mass.
+fn merged(
+    source: &Source,
+    tree: &Tree,
+    link: usize,
+    parts: &[Inertia],
+) -> Result<Inertia, ReadError> {
+    let inertia = frames::merged(parts);
+    if inertia.mass > 0.0 {
+        return Ok(inertia);
+    }
+    let link = &tree.links[link];
+    let name = quoted(&link.name);
+    let message = match parts.is_empty() {
+        true => format!(
+            "link {name}: got no <inertial>, wants one, as it moves; state mass, centre of mass and inertia"
+        ),
+        false => format!("link {name}, <mass value>: got 0, wants a number > 0, as it moves"),
+    };
+    Err(source.error(link.at, message))
+}
+
+fn link(joint: &JointPart, placement: Pose, inertia: Inertia, armature: f64) -> Link {
+    Link {
+        kind: match joint.motion {
+            Motion::Prismatic => JointKind::Prismatic,
+            _ => JointKind::Revolute,
+        },
+        placement,
+        axis: joint.axis,
+        inertia,
+        friction: JointFriction {
+            viscous: joint.damping,
+            coulomb: [joint.friction; 2],
+            ..JointFriction::default()
+        },
+        armature,
+        limits: joint.limits,
+    }
+}
+
+fn held_note(tree: &Tree, held: &[usize]) -> Option<String> {
+    let names = held.iter().map(|&joint| tree.joints[joint].name.as_str());
+    (!held.is_empty()).then(|| {
+        format!(
+            "joints beside or beyond the chain are held at 0, their links' mass is part of the link that carries them: {}",
+            listed(names)
+        )
+    })
+}
+
+/// Links of joints held at 0 that state no mass: they would move, and so should have one.
+fn massless_note(
+    tree: &Tree,
+    places: &[Option<Place>],
+    path: &Path,
+    held: &[usize],
+) -> Option<String> {
+    let children = held.iter().map(|&joint| tree.ends[joint].1);
+    let massless: Vec<_> = children
+        .filter(|&link| places[link].is_some() && link != path.tip)
+        .filter(|&link| tree.links[link].inertia.is_none())
+        .map(|link| tree.links[link].name.as_str())
+        .collect();
+    (!massless.is_empty())
+        .then(|| format!("links without <inertial> taken as massless: {}", listed(massless.into_iter())))
+}
+
+/// The checks of every description, here against numbers that are each finite but not together.
+fn check(
+    source: &Source,
+    tree: &Tree,
+    moving: &[Moving],
+    description: &Description,
+) -> Result<(), ReadError> {
+    checks::check(description).map_err(|problem| {
+        match problem.joint.and_then(|joint| moving.get(joint)) {
+            Some(moving) => source.error(tree.joints[moving.joint].at, problem.message),
+            None => ReadError::new(problem.message),
+        }
+    })
+}
