@@ -131,38 +131,34 @@ pub(super) fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
         return Err(super::dispatch::too_many_joints(rows));
     }
     let kinds = kinds(columns.kind, rows)?;
-    (0..rows)
-        .map(|joint| {
-            let mut row = [0.0; 8];
-            for (entry, column) in row.iter_mut().zip(&scalars) {
-                *entry = column.of(joint, rows, &[&[]])?[0];
-            }
-            let [a, alpha, d, theta_offset, viscous, coulomb, armature, mass] = row;
-            let com = match com.of(joint, rows, &[&[3]])?[..] {
-                [x, y, z] => [x, y, z],
-                ref same => [same[0]; 3],
-            };
-            let moments = match inertia.of(joint, rows, &[&[3], &[3, 3]])?[..] {
-                [same] => Matrix::<3>::from_diagonal_element(same),
-                [x, y, z] => Matrix::<3>::from_diagonal(&[x, y, z].into()),
-                ref matrix => Matrix::<3>::from_row_slice(matrix),
-            };
-            let inertia = Inertia { mass, com: com.into(), moments };
-            let friction = JointFriction { viscous, coulomb: [coulomb; 2], ..Default::default() };
-            let kind = kinds[joint];
-            Ok(DhRow {
-                kind,
-                a,
-                alpha,
-                d,
-                theta_offset,
-                inertia,
-                friction,
-                armature,
-                ..DhRow::default()
-            })
-        })
-        .collect()
+    let row = |(joint, kind)| dh_row(&scalars, [&com, &inertia], (joint, rows), kind);
+    kinds.into_iter().enumerate().map(row).collect()
+}
+
+/// The row of a joint out of so many.
+fn dh_row(
+    scalars: &[Column],
+    [com, inertia]: [&Column; 2],
+    (joint, joints): (usize, usize),
+    kind: JointKind,
+) -> PyResult<DhRow> {
+    let mut row = [0.0; 8];
+    for (entry, column) in row.iter_mut().zip(scalars) {
+        *entry = column.of(joint, joints, &[&[]])?[0];
+    }
+    let [a, alpha, d, theta_offset, viscous, coulomb, armature, mass] = row;
+    let com = match com.of(joint, joints, &[&[3]])?[..] {
+        [x, y, z] => [x, y, z],
+        ref same => [same[0]; 3],
+    };
+    let moments = match inertia.of(joint, joints, &[&[3], &[3, 3]])?[..] {
+        [same] => Matrix::<3>::from_diagonal_element(same),
+        [x, y, z] => Matrix::<3>::from_diagonal(&[x, y, z].into()),
+        ref matrix => Matrix::<3>::from_row_slice(matrix),
+    };
+    let inertia = Inertia { mass, com: com.into(), moments };
+    let friction = JointFriction { viscous, coulomb: [coulomb; 2], ..Default::default() };
+    Ok(DhRow { kind, a, alpha, d, theta_offset, inertia, friction, armature, ..DhRow::default() })
 }
 
 /// "revolute" or "prismatic", for all joints or each.

@@ -174,8 +174,7 @@ pub(super) fn simulate<'py>(
         _ => Method::Dp54(tolerance),
     };
     let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
-    let control_period =
-        control_period.map(|period| scalar(period, "control_period")).transpose()?;
+    let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
     let record_every = count(record_every, "record_every")?;
     let settings = Settings { duration, dt, method, control_period, record_every, q0, dq0 };
     let plant = plant.cast::<PyPlant>().map_err(|_| {
@@ -225,14 +224,10 @@ pub(super) fn simulated<'py, const N: usize>(
         }
         other => other,
     };
-    let weights = weights_of(&controller.compensator, &state.compensator).map_err(value_error)?;
-    let weights = weights
-        .map(|weights| {
-            let columns = weights.len() / N;
-            owned2(py, weights, columns)
-        })
-        .transpose()?;
     let record = record(py, run)?;
+    let weights = weights_of(&controller.compensator, &state.compensator).map_err(value_error)?;
+    let rows = |w: Vec<f64>| (w.len() / N, w);
+    let weights = weights.map(rows).map(|(columns, w)| owned2(py, w, columns)).transpose()?;
     record.set_item("weights", weights)?;
     Ok((record, raised))
 }

@@ -33,19 +33,29 @@ fn refused(old: &str, new: &str, words: &[&str]) {
 #[test]
 fn three_numbers_must_be_three_and_finite() {
     let wants = "three finite numbers";
-    for xyz in ["0 0", "0 0 0 0", "", "0 0 x", "0 nan 0", "0 inf 0", "0 0 1e999", "0,1 0 0", "0 0 0.1 0.2"] {
+    for xyz in
+        ["0 0", "0 0 0 0", "", "0 0 x", "0 nan 0", "0 inf 0", "0 0 1e999", "0,1 0 0", "0 0 0.1 0.2"]
+    {
         let new = format!("<origin xyz=\"{xyz}\"/>");
         let words = ["joint \"flange\"", "<origin xyz>", wants];
         refused("<origin xyz=\"0 0 0.05\"/>", &new, &words);
     }
-    refused("rpy=\"0.1 0.2 0.3\"", "rpy=\"0.1 0.2\"", &["\"wrist\"", "<origin rpy>", "\"0.1 0.2\"", wants]);
+    refused(
+        "rpy=\"0.1 0.2 0.3\"",
+        "rpy=\"0.1 0.2\"",
+        &["\"wrist\"", "<origin rpy>", "\"0.1 0.2\"", wants],
+    );
     refused("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 1\"/>", &["\"wrist\"", "<axis xyz>", wants]);
     refused("<axis xyz=\"0 1 0\"/>", "<axis/>", &["\"wrist\"", "without xyz"]);
 }
 
 #[test]
 fn axis_must_have_a_direction() {
-    refused("<axis xyz=\"0 1 0\"/>", "<axis xyz=\"0 0 0\"/>", &["\"wrist\"", "axis", "no direction"]);
+    refused(
+        "<axis xyz=\"0 1 0\"/>",
+        "<axis xyz=\"0 0 0\"/>",
+        &["\"wrist\"", "axis", "no direction"],
+    );
 }
 
 #[test]
@@ -70,7 +80,11 @@ fn moments_must_be_those_of_a_body() {
     let words = ["link \"trunk\"", "<inertia>", "triangle inequality", "kg m^2"];
     refused_at("izz=\"0.5\"", "izz=\"0.9\"", "izz=\"0.9\"", &words);
     refused("izz=\"0.5\"", "izz=\"-0.5\"", &["link \"trunk\"", "<inertia>", "wants none negative"]);
-    refused("izz=\"0.5\"", "izz=\"NaN\"", &["link \"trunk\"", "<inertia izz>", "\"NaN\"", "finite"]);
+    refused(
+        "izz=\"0.5\"",
+        "izz=\"NaN\"",
+        &["link \"trunk\"", "<inertia izz>", "\"NaN\"", "finite"],
+    );
     refused_at(" izz=\"0.5\"", "", "<inertia ixx=\"0.3\"", &["\"trunk\"", "<inertia> without izz"]);
 }
 
@@ -86,7 +100,11 @@ fn link_that_moves_must_have_an_inertial() {
 #[test]
 fn names_must_be_unique_and_stated() {
     refused("<link name=\"tool\"/>", "<link name=\"hand\"/>", &["link \"hand\"", "given twice"]);
-    refused("<joint name=\"flange\" type", "<joint name=\"wrist\"  type", &["joint \"wrist\"", "given twice"]);
+    refused(
+        "<joint name=\"flange\" type",
+        "<joint name=\"wrist\"  type",
+        &["joint \"wrist\"", "given twice"],
+    );
     refused("<link name=\"tool\"/>", "<link/>", &["link", "without name"]);
     refused("<link name=\"tool\"/>", "<link name=\" \"/>", &["link", "empty name"]);
     let second = "<origin xyz=\"0 0 0.05\"/><origin/>";
@@ -96,7 +114,12 @@ fn names_must_be_unique_and_stated() {
 #[test]
 fn joint_must_join_links_that_exist() {
     let near = ["joint \"flange\"", "<parent>", "\"hnad\"", "near are \"hand\""];
-    refused_at("<parent link=\"hand\"/>", "<parent link=\"hnad\"/>", "<joint name=\"flange\"", &near);
+    refused_at(
+        "<parent link=\"hand\"/>",
+        "<parent link=\"hnad\"/>",
+        "<joint name=\"flange\"",
+        &near,
+    );
     let none = ["joint \"flange\"", "no <parent>"];
     refused_at("<parent link=\"hand\"/>", "", "<joint name=\"flange\"", &none);
     let no_link = ["joint \"flange\"", "<child> without link"];
@@ -105,14 +128,28 @@ fn joint_must_join_links_that_exist() {
 
 #[test]
 fn type_of_a_joint_must_be_known() {
-    refused_at("type=\"continuous\"", "type=\"spherical\"", "type=\"spherical\"", &["\"wrist\"", "\"spherical\"", "revolute"]);
-    refused("<joint name=\"flange\" type=\"fixed\"", "<joint name=\"flange\"", &["\"flange\"", "without type"]);
+    refused_at(
+        "type=\"continuous\"",
+        "type=\"spherical\"",
+        "type=\"spherical\"",
+        &["\"wrist\"", "\"spherical\"", "revolute"],
+    );
+    refused(
+        "<joint name=\"flange\" type=\"fixed\"",
+        "<joint name=\"flange\"",
+        &["\"flange\"", "without type"],
+    );
 }
 
 #[test]
 fn two_parents_are_refused() {
     let words = ["link \"trunk\"", "two parents", "\"waist\"", "\"flange\""];
-    refused_at("<child link=\"tool\"/>", "<child link=\"trunk\"/>", "<joint name=\"flange\"", &words);
+    refused_at(
+        "<child link=\"tool\"/>",
+        "<child link=\"trunk\"/>",
+        "<joint name=\"flange\"",
+        &words,
+    );
 }
 
 #[test]
@@ -128,7 +165,11 @@ fn loops_are_refused() {
 
 #[test]
 fn two_roots_are_refused() {
-    refused("<link name=\"ground\"/>", "<link name=\"ground\"/><link name=\"alone\"/>", &["2 without a parent", "\"ground\"", "\"alone\""]);
+    refused(
+        "<link name=\"ground\"/>",
+        "<link name=\"ground\"/><link name=\"alone\"/>",
+        &["2 without a parent", "\"ground\"", "\"alone\""],
+    );
 }
 
 #[test]
@@ -137,9 +178,17 @@ fn base_and_tip_must_be_links() {
     assert_says(&read(Some("Trunc"), None), None, &["base", "\"Trunc\"", "near are \"trunk\""]);
     assert_says(&read(None, Some("tool0")), None, &["tip", "\"tool0\"", "near are \"tool\""]);
     assert_says(&read(None, Some("qqqqqq")), None, &["tip", "\"qqqqqq\"", "there are \"ground\""]);
-    assert_says(&read(Some("hand"), Some("trunk")), None, &["tip", "\"trunk\"", "does not hang", "\"hand\""]);
+    assert_says(
+        &read(Some("hand"), Some("trunk")),
+        None,
+        &["tip", "\"trunk\"", "does not hang", "\"hand\""],
+    );
     assert_says(&read(Some("hand"), None), None, &["none that moves", "\"hand\""]);
-    assert_says(&read(None, Some("foot")), None, &["none that moves between", "\"ground\"", "\"foot\""]);
+    assert_says(
+        &read(None, Some("foot")),
+        None,
+        &["none that moves between", "\"ground\"", "\"foot\""],
+    );
 }
 
 #[test]
@@ -166,20 +215,41 @@ fn limits_must_leave_a_range() {
     refused("lower=\"-1\"", "lower=\"3\"", &wants);
     refused("velocity=\"3\"", "velocity=\"-3\"", &["\"waist\"", "<limit velocity>", "-3", ">= 0"]);
     refused("effort=\"40\"", "effort=\"nan\"", &["\"waist\"", "<limit effort>", "\"nan\""]);
-    refused("damping=\"0.5\"", "damping=\"-0.5\"", &["\"waist\"", "<dynamics damping>", "-0.5", ">= 0"]);
-    refused("friction=\"0.25\"", "friction=\"inf\"", &["\"waist\"", "<dynamics friction>", "\"inf\""]);
+    refused(
+        "damping=\"0.5\"",
+        "damping=\"-0.5\"",
+        &["\"waist\"", "<dynamics damping>", "-0.5", ">= 0"],
+    );
+    refused(
+        "friction=\"0.25\"",
+        "friction=\"inf\"",
+        &["\"waist\"", "<dynamics friction>", "\"inf\""],
+    );
 }
 
 #[test]
 fn rotor_must_be_a_number() {
-    refused("<motorInertia>0.0002<", "<motorInertia>tiny<", &["transmission", "<motorInertia>", "\"tiny\""]);
+    refused(
+        "<motorInertia>0.0002<",
+        "<motorInertia>tiny<",
+        &["transmission", "<motorInertia>", "\"tiny\""],
+    );
     refused("<motorInertia>0.0002<", "<motorInertia>-1<", &["transmission", "rotor of -1", ">= 0"]);
-    refused_at("    <joint name=\"wrist\"/>\n", "", "<transmission", &["transmission", "exactly one <joint>"]);
+    refused_at(
+        "    <joint name=\"wrist\"/>\n",
+        "",
+        "<transmission",
+        &["transmission", "exactly one <joint>"],
+    );
 }
 
 #[test]
 fn what_is_not_a_urdf_is_refused() {
-    assert_says(&read("robots/ur5.urdf").unwrap_err(), None, &["robots/ur5.urdf", "function for files"]);
+    assert_says(
+        &read("robots/ur5.urdf").unwrap_err(),
+        None,
+        &["robots/ur5.urdf", "function for files"],
+    );
     assert_says(&read("<mujoco/>").unwrap_err(), Some(1), &["\"mujoco\"", "wants <robot>"]);
     assert_says(&read("<robot/>").unwrap_err(), Some(1), &["no <link>"]);
     let xacro = "<robot xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:arg/></robot>";

@@ -62,7 +62,8 @@ fn joints_beside_the_chain_are_held_at_zero_and_it_is_said() {
     assert!(said[0].contains("\"glue\""), "{said:?}");
     assert!(!glued.notes.iter().any(|note| note.contains("held at 0")));
     // A gripper's second finger follows the first, which is no matter beside the chain.
-    let mimic = BLOCK.replace("TYPE", "prismatic").replace("<parent", "<mimic joint=\"waist\"/><parent");
+    let mimic =
+        BLOCK.replace("TYPE", "prismatic").replace("<parent", "<mimic joint=\"waist\"/><parent");
     let arm = Description::from_urdf(&with(&mimic), None, Some("tool"), GRAVITY).unwrap();
     assert_eq!(arm.joints, held.joints);
 }
@@ -84,23 +85,33 @@ fn chain_may_begin_and_end_anywhere() {
     let stump = Description::from_urdf(VALID, None, Some("sled"), GRAVITY).unwrap();
     assert_eq!(stump.joints.len(), 2);
     assert_eq!(stump.joints[1].link.inertia.mass, 3.0);
-    assert!(stump.notes.iter().any(|note| note.contains("held at 0") && note.contains("\"wrist\"")));
+    assert!(
+        stump.notes.iter().any(|note| note.contains("held at 0") && note.contains("\"wrist\""))
+    );
 }
 
 #[test]
 fn ends_fixed_to_the_base_do_not_compete_for_the_tip() {
-    let text = with("<link name=\"mount\"/><joint name=\"m\" type=\"fixed\"><parent link=\"ground\"/><child link=\"mount\"/></joint>");
+    let text = with(
+        "<link name=\"mount\"/><joint name=\"m\" type=\"fixed\"><parent link=\"ground\"/><child link=\"mount\"/></joint>",
+    );
     assert_eq!(read(&text).unwrap().joints, read(VALID).unwrap().joints);
 }
 
 #[test]
 fn absent_limits_are_none_and_it_is_said() {
     let limit = "<limit lower=\"-1\" upper=\"2\" velocity=\"3\" effort=\"40\"/>";
-    for (new, said) in [("", "states no <limit>"), ("<limit velocity=\"3\" effort=\"40\"/>", "lower and upper 0")] {
+    for (new, said) in
+        [("", "states no <limit>"), ("<limit velocity=\"3\" effort=\"40\"/>", "lower and upper 0")]
+    {
         let arm = read(&VALID.replace(limit, new)).unwrap();
         let limits = arm.joints[0].link.limits;
         assert_eq!([limits.lower, limits.upper], [f64::NEG_INFINITY, f64::INFINITY]);
-        assert!(arm.notes[0].contains("\"waist\"") && arm.notes[0].contains(said), "{:?}", arm.notes);
+        assert!(
+            arm.notes[0].contains("\"waist\"") && arm.notes[0].contains(said),
+            "{:?}",
+            arm.notes
+        );
     }
     let arm = read(&VALID.replace("upper=\"2\"", "upper=\"inf\"")).unwrap();
     assert_eq!(arm.joints[0].link.limits.upper, f64::INFINITY);

@@ -93,7 +93,8 @@ fn standard_and_modified_tables_of_the_puma_are_the_same_arm() {
     let standard = crate::tables::puma_bodies();
     let mut modified = standard;
     for i in 0..6 {
-        let (a, alpha) = if i == 0 { (0.0, 0.0) } else { (standard[i - 1].a, standard[i - 1].alpha) };
+        let (a, alpha) =
+            if i == 0 { (0.0, 0.0) } else { (standard[i - 1].a, standard[i - 1].alpha) };
         (modified[i].a, modified[i].alpha) = (a, alpha);
         let frame = shift(Vector3::x(), standard[i].a) * turn(Vector3::x(), standard[i].alpha);
         let r = *frame.rotation.to_rotation_matrix().matrix();
@@ -115,9 +116,13 @@ fn standard_and_modified_tables_of_the_puma_are_the_same_arm() {
 
 #[test]
 fn row_that_no_arm_has_is_refused_by_its_joint() {
-    let row = DhRow { inertia: inertia(1.0, [0.0; 3], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), ..Default::default() };
+    let row = DhRow {
+        inertia: inertia(1.0, [0.0; 3], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]),
+        ..Default::default()
+    };
     let refused = |second: DhRow, words: [&str; 2]| {
-        let error = Description::from_dh("x", &[row, second], Convention::Standard, GRAVITY).unwrap_err();
+        let error =
+            Description::from_dh("x", &[row, second], Convention::Standard, GRAVITY).unwrap_err();
         let message = error.to_string();
         assert!(words.iter().all(|word| message.contains(word)), "{message}");
         assert!(message.contains("joint2"), "{message}");
@@ -127,7 +132,10 @@ fn row_that_no_arm_has_is_refused_by_its_joint() {
     refused(DhRow { armature: -1.0, ..row }, ["armature", "-1"]);
     let broken = |moments| DhRow { inertia: inertia(1.0, [0.0; 3], moments), ..row };
     refused(broken([1.0, 1.0, 3.0, 0.0, 0.0, 0.0]), ["moments", "triangle inequality"]);
-    refused(DhRow { inertia: inertia(-1.0, [0.0; 3], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), ..row }, ["mass", "-1"]);
+    refused(
+        DhRow { inertia: inertia(-1.0, [0.0; 3], [1.0, 1.0, 1.0, 0.0, 0.0, 0.0]), ..row },
+        ["mass", "-1"],
+    );
     let none = Description::from_dh("x", &[], Convention::Standard, GRAVITY).unwrap_err();
     assert!(none.to_string().contains("joints: got none"));
 }

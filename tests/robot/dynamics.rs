@@ -26,9 +26,10 @@ pub fn frames(arm: &Description, q: &[f64]) -> (Vec<Frame>, Frame) {
         let link = &joint.link;
         let axis = nalgebra::Unit::new_normalize(link.axis);
         let moved: Isometry3<f64> = match link.kind {
-            JointKind::Revolute => {
-                Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&axis, q))
-            }
+            JointKind::Revolute => Isometry3::from_parts(
+                Translation3::identity(),
+                UnitQuaternion::from_axis_angle(&axis, q),
+            ),
             JointKind::Prismatic => {
                 Isometry3::from_parts(Translation3::from(link.axis * q), UnitQuaternion::identity())
             }

@@ -21,7 +21,8 @@ fn refused(text: &str, words: &[&str]) {
 
 #[test]
 fn document_types_are_refused() {
-    let entities = "<?xml version=\"1.0\"?>\n<!DOCTYPE robot [<!ENTITY a \"aaaa\">]>\n<robot name=\"&a;\"/>";
+    let entities =
+        "<?xml version=\"1.0\"?>\n<!DOCTYPE robot [<!ENTITY a \"aaaa\">]>\n<robot name=\"&a;\"/>";
     refused(entities, &["line 2", "document type"]);
     let external = "<!DOCTYPE robot SYSTEM \"file:///etc/passwd\"><robot/>";
     refused(external, &["line 1", "document type"]);
@@ -37,13 +38,20 @@ fn deep_nesting_is_refused() {
         refused(&format!("<robot>\n{open}{close}</robot>"), &["line 65", "nested deeper than 64"]);
     }
     // In quotes, comments and character data nothing nests.
-    let flat = format!("<robot name='{0}' ><!-- {1} --><![CDATA[{1}]]><link name=\"a\"/></robot>", ">".repeat(200), "<a>".repeat(200));
+    let flat = format!(
+        "<robot name='{0}' ><!-- {1} --><![CDATA[{1}]]><link name=\"a\"/></robot>",
+        ">".repeat(200),
+        "<a>".repeat(200)
+    );
     refused(&flat, &["joints", "none that moves"]);
 }
 
 #[test]
 fn large_files_are_refused_before_they_are_read() {
-    refused(&format!("<robot>{}</robot>", " ".repeat(64 << 20)), &["bytes", "wants at most 16777216"]);
+    refused(
+        &format!("<robot>{}</robot>", " ".repeat(64 << 20)),
+        &["bytes", "wants at most 16777216"],
+    );
     let path = std::env::temp_dir().join(format!("steadyarm-large-{}.urdf", std::process::id()));
     std::fs::File::create(&path).unwrap().set_len(64 << 20).unwrap();
     let error = Description::from_urdf_file(&path, None, None, GRAVITY).unwrap_err().to_string();
@@ -83,7 +91,14 @@ fn many_of_anything_take_no_longer_than_the_file_is_long() {
     let start = Instant::now();
     let notes = read(&VALID.replace("</robot>", &format!("{names}</robot>"))).unwrap().notes;
     assert!(start.elapsed() < AT_ONCE && notes.len() < 30);
-    refused(&VALID.replace("\"tool\"", &format!("\"{}\"", "t".repeat(1 << 20))).replacen("\"wrist\"", "\"\"", 1), &["empty name"]);
+    refused(
+        &VALID.replace("\"tool\"", &format!("\"{}\"", "t".repeat(1 << 20))).replacen(
+            "\"wrist\"",
+            "\"\"",
+            1,
+        ),
+        &["empty name"],
+    );
 }
 
 #[test]
@@ -92,7 +107,10 @@ fn long_chains_are_read() {
     let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
     let link = |i: usize| format!("<link name=\"l{i}\">{inertial}</link>");
     let joint = |i: usize| {
-        format!("<joint name=\"j{i}\" type=\"continuous\"><parent link=\"l{i}\"/><child link=\"l{}\"/></joint>", i + 1)
+        format!(
+            "<joint name=\"j{i}\" type=\"continuous\"><parent link=\"l{i}\"/><child link=\"l{}\"/></joint>",
+            i + 1
+        )
     };
     let parts: String = (0..n).map(|i| link(i) + &joint(i)).collect();
     let start = Instant::now();

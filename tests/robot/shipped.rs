@@ -51,7 +51,10 @@ fn panda_reaches_as_published() {
 #[test]
 fn puma_reaches_as_published() {
     let tip = frames(&shipped("puma560").unwrap(), &[0.0; 6]).1.1;
-    assert!((tip - nalgebra::Vector3::new(0.4318 + 0.0203, -0.15005, 0.4318)).amax() < 1e-15, "{tip}");
+    assert!(
+        (tip - nalgebra::Vector3::new(0.4318 + 0.0203, -0.15005, 0.4318)).amax() < 1e-15,
+        "{tip}"
+    );
 }
 
 /// Corke's nominal pose.
@@ -113,7 +116,8 @@ fn puma_made_of_bodies_moves_as_the_published_one() {
 fn panda_has_the_identified_friction_at_speed() {
     let sigmoid = |x: f64| 1.0 / (1.0 + (-x).exp());
     let phi = [0.54615, 5.1181, 0.039533];
-    let identified = |dq: f64| phi[0] * (sigmoid(phi[1] * (dq + phi[2])) - sigmoid(phi[1] * phi[2]));
+    let identified =
+        |dq: f64| phi[0] * (sigmoid(phi[1] * (dq + phi[2])) - sigmoid(phi[1] * phi[2]));
     let friction = shipped("panda").unwrap().joints[0].link.friction;
     assert!((identified(10.0) - friction.coulomb[0]).abs() < 1e-9);
     assert!((identified(-10.0) + friction.coulomb[1]).abs() < 1e-9);

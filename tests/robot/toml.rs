@@ -14,7 +14,8 @@ fn bits(arm: &Description) -> Vec<u64> {
         let link = &joint.link;
         numbers.extend(link.placement.rotation.iter().chain(&link.placement.translation));
         numbers.extend(link.axis.iter().chain(&link.inertia.com).chain(&link.inertia.moments));
-        let JointFriction { viscous, coulomb: [plus, minus], stribeck, stribeck_speed, smoothing } = link.friction;
+        let JointFriction { viscous, coulomb: [plus, minus], stribeck, stribeck_speed, smoothing } =
+            link.friction;
         let JointLimits { lower, upper, velocity, effort } = link.limits;
         numbers.extend([viscous, plus, minus, stribeck, stribeck_speed, smoothing]);
         numbers.extend([lower, upper, velocity, effort, link.armature, link.inertia.mass]);
@@ -52,12 +53,15 @@ fn scramble(arm: &mut Description, random: &mut Random) {
         let size = random.decades(-300.0, 300.0);
         link.placement.translation *= size;
         link.placement.translation.x = -0.0;
-        let turn = nalgebra::Rotation3::from_euler_angles(random.next(), random.next(), random.next());
+        let turn =
+            nalgebra::Rotation3::from_euler_angles(random.next(), random.next(), random.next());
         link.placement.rotation = *turn.matrix();
         link.axis = (turn * link.axis).normalize();
         link.inertia.mass = random.decades(-3.0, 3.0);
         link.inertia.com *= random.next();
-        let spread = turn.matrix() * nalgebra::Matrix3::from_diagonal(&[1.0, 1.1, 1.2].into()) * turn.matrix().transpose();
+        let spread = turn.matrix()
+            * nalgebra::Matrix3::from_diagonal(&[1.0, 1.1, 1.2].into())
+            * turn.matrix().transpose();
         link.inertia.moments = (spread + spread.transpose()) * random.decades(-9.0, 9.0);
         link.kind = if random.next() > 0.0 { JointKind::Revolute } else { JointKind::Prismatic };
         link.friction.viscous = random.decades(-300.0, 300.0);
@@ -74,7 +78,15 @@ fn scramble(arm: &mut Description, random: &mut Random) {
 #[test]
 fn any_text_survives_as_a_name() {
     let mut arm = read(VALID).unwrap();
-    for text in ["", "\"\\\"", "a\nb\tc\r\u{0}\u{7f}\u{85}", "# [joint]", "Gelenk ärgerlich 関節 🦾", "'''\"\"\"", "\\u0041"] {
+    for text in [
+        "",
+        "\"\\\"",
+        "a\nb\tc\r\u{0}\u{7f}\u{85}",
+        "# [joint]",
+        "Gelenk ärgerlich 関節 🦾",
+        "'''\"\"\"",
+        "\\u0041",
+    ] {
         arm.name = text.to_owned();
         arm.joints[0].link_name = text.to_owned();
         arm.notes = vec![text.to_owned(), "plain".to_owned()];
@@ -129,10 +141,30 @@ fn one_thing_broken_is_refused_with_its_line() {
     refused("mass = 5.0", "mass = inf", first, &["\"waist\"", "mass", "inf"]);
     refused("com = [0.01", "com = [nan", first, &["\"waist\"", "com", "NaN"]);
     refused("moments = [[0.3", "moments = [[3.0", first, &["\"waist\"", "moments", "triangle"]);
-    refused("moments = [[0.3, 0.01", "moments = [[0.3, 0.02", first, &["\"waist\"", "not symmetric"]);
-    refused("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.1, 1.0]", first, &["\"waist\"", "axis", "length 1"]);
-    refused("rotation = [[0.0, -1.0", "rotation = [[0.0, 1.0", first, &["placement.rotation", "rotation matrix"]);
-    refused("lower = -1.0", "lower = 2.0", first, &["limits", "lower 2", "upper 2", "lower < upper"]);
+    refused(
+        "moments = [[0.3, 0.01",
+        "moments = [[0.3, 0.02",
+        first,
+        &["\"waist\"", "not symmetric"],
+    );
+    refused(
+        "axis = [0.0, 0.0, 1.0]",
+        "axis = [0.0, 0.1, 1.0]",
+        first,
+        &["\"waist\"", "axis", "length 1"],
+    );
+    refused(
+        "rotation = [[0.0, -1.0",
+        "rotation = [[0.0, 1.0",
+        first,
+        &["placement.rotation", "rotation matrix"],
+    );
+    refused(
+        "lower = -1.0",
+        "lower = 2.0",
+        first,
+        &["limits", "lower 2", "upper 2", "lower < upper"],
+    );
     refused("effort = 40.0", "effort = 0.0", first, &["limits.effort", "got 0", "> 0"]);
     refused("upper = 2.0", "upper = nan", first, &["limits", "NaN"]);
     refused("smoothing = 0.01", "smoothing = 0.0", first, &["friction.smoothing", "> 0"]);
@@ -140,7 +172,12 @@ fn one_thing_broken_is_refused_with_its_line() {
     refused("armature = 0.0", "armature = -1.0", first, &["armature", "-1"]);
     refused("-9.81", "-inf", None, &["gravity", "-inf"]);
     let second = "[[joint]]\nname = \"waist\"\nlink = \"sled\"";
-    refused("[[joint]]\nname = \"lift\"\nlink = \"sled\"", second, Some(second), &["\"waist\"", "given twice"]);
+    refused(
+        "[[joint]]\nname = \"lift\"\nlink = \"sled\"",
+        second,
+        Some(second),
+        &["\"waist\"", "given twice"],
+    );
 }
 
 #[test]
@@ -150,7 +187,12 @@ fn what_is_not_of_the_format_is_refused() {
     refused("mass = 5.0", "weight = 5.0", Some("weight"), &["unknown field `weight`"]);
     refused("mass = 5.0", "mass = \"heavy\"", Some("\"heavy\""), &["invalid type"]);
     refused("mass = 5.0", "mass = 5.0\nmass = 5.0", Some("mass = 5.0\ncom"), &["duplicate"]);
-    refused("kind = \"revolute\"", "kind = \"floating\"", Some("\"floating\""), &["unknown variant"]);
+    refused(
+        "kind = \"revolute\"",
+        "kind = \"floating\"",
+        Some("\"floating\""),
+        &["unknown variant"],
+    );
     refused("com = [0.01, 0.02, 0.03]", "com = [0.01, 0.02]", Some("[0.01, 0.02]"), &["length"]);
     refused("mass = 5.0", "mass = ", Some("mass = \n"), &["not the TOML"]);
     let none = Description::from_toml("format = 1\nname = \"x\"\n").unwrap_err();
@@ -160,7 +202,12 @@ fn what_is_not_of_the_format_is_refused() {
 #[test]
 fn hostile_texts_are_refused_at_once() {
     let start = std::time::Instant::now();
-    for text in ["[".repeat(200_000), format!("a = {}", "[".repeat(200_000)), "a.".repeat(200_000), format!("a = {}", "{b=".repeat(200_000))] {
+    for text in [
+        "[".repeat(200_000),
+        format!("a = {}", "[".repeat(200_000)),
+        "a.".repeat(200_000),
+        format!("a = {}", "{b=".repeat(200_000)),
+    ] {
         assert!(Description::from_toml(&text).is_err());
     }
     let large = Description::from_toml(&" ".repeat(64 << 20)).unwrap_err();

@@ -81,7 +81,8 @@ pub fn read(text: &str) -> Result<Description, ReadError> {
 fn chain_is_read_from_root_to_the_only_end() {
     let arm = read(VALID).unwrap();
     assert_eq!(arm.name, "three");
-    let names: Vec<_> = arm.joints.iter().map(|j| (j.name.as_str(), j.link_name.as_str())).collect();
+    let names: Vec<_> =
+        arm.joints.iter().map(|j| (j.name.as_str(), j.link_name.as_str())).collect();
     assert_eq!(names, [("waist", "trunk"), ("lift", "sled"), ("wrist", "hand")]);
     let kinds: Vec<_> = arm.joints.iter().map(|joint| joint.link.kind).collect();
     assert_eq!(kinds, [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute]);
@@ -114,7 +115,10 @@ fn limits_friction_and_rotor_are_read() {
     let arm = read(VALID).unwrap();
     let [waist, lift, wrist] = arm.links::<3>().unwrap();
     let limits = waist.limits;
-    assert_eq!([limits.lower, limits.upper, limits.velocity, limits.effort], [-1.0, 2.0, 3.0, 40.0]);
+    assert_eq!(
+        [limits.lower, limits.upper, limits.velocity, limits.effort],
+        [-1.0, 2.0, 3.0, 40.0]
+    );
     let friction = JointFriction { viscous: 0.5, coulomb: [0.25; 2], ..Default::default() };
     assert_eq!(waist.friction, friction);
     assert_eq!([lift.limits.velocity, lift.limits.effort], [f64::INFINITY; 2]);
