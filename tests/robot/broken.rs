@@ -257,7 +257,12 @@ fn what_is_not_a_urdf_is_refused() {
     let unclosed = VALID.replace("</robot>\n", "");
     let last = Some(1 + unclosed.matches('\n').count());
     assert_says(&read(&unclosed).unwrap_err(), last, &["not well-formed XML"]);
-    refused("<link name=\"tool\"/>", "<link name=\"tool\">", &["not well-formed XML"]);
+    refused_at(
+        "<link name=\"tool\"/>",
+        "<link name=\"tool\">",
+        "</robot>",
+        &["not well-formed XML"],
+    );
     refused("<link name=\"tool\"/>", "<link name=tool/>", &["not well-formed XML"]);
 }
 

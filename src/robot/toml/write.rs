@@ -94,10 +94,7 @@ fn list(values: &[f64]) -> String {
 }
 
 fn rows(matrix: &Matrix<3>) -> String {
-    let rows: Vec<_> = matrix
-        .row_iter()
-        .map(|row| list(&[row[0], row[1], row[2]]))
-        .collect();
+    let rows: Vec<_> = matrix.row_iter().map(|row| list(&[row[0], row[1], row[2]])).collect();
     format!("[{}]", rows.join(", "))
 }
 

@@ -169,8 +169,9 @@ fn massless_note(
         .filter(|&link| tree.links[link].inertia.is_none())
         .map(|link| tree.links[link].name.as_str())
         .collect();
-    (!massless.is_empty())
-        .then(|| format!("links without <inertial> taken as massless: {}", listed(massless.into_iter())))
+    (!massless.is_empty()).then(|| {
+        format!("links without <inertial> taken as massless: {}", listed(massless.into_iter()))
+    })
 }
 
 /// The checks of every description, here against numbers that are each finite but not together.

@@ -23,9 +23,8 @@ impl Source<'_> {
 
     /// Refuses files that are still to be expanded.
     pub fn refuse_macros(&self, robot: Node) -> Result<(), ReadError> {
-        let is_macro = |node: &Node| {
-            node.tag_name().namespace().is_some_and(|space| space.contains("xacro"))
-        };
+        let is_macro =
+            |node: &Node| node.tag_name().namespace().is_some_and(|space| space.contains("xacro"));
         match robot.children().find(is_macro) {
             None => Ok(()),
             Some(node) => Err(self.error(
@@ -46,15 +45,18 @@ impl Source<'_> {
         let first = found.next();
         match found.next() {
             None => Ok(first),
-            Some(second) => Err(self.error(
-                second.range().start,
-                format!("{owner}: got a second <{name}>, wants one"),
-            )),
+            Some(second) => Err(self
+                .error(second.range().start, format!("{owner}: got a second <{name}>, wants one"))),
         }
     }
 
     /// An attribute that must be there and say something.
-    pub fn text<'a>(&self, node: Node<'a, '_>, name: &str, owner: &str) -> Result<&'a str, ReadError> {
+    pub fn text<'a>(
+        &self,
+        node: Node<'a, '_>,
+        name: &str,
+        owner: &str,
+    ) -> Result<&'a str, ReadError> {
         let tag = node.tag_name().name();
         match node.attribute(name).map(str::trim) {
             Some(value) if !value.is_empty() => Ok(value),
@@ -115,7 +117,12 @@ impl Source<'_> {
     }
 
     /// The three numbers of an attribute, if it is there.
-    pub fn three(&self, node: Node, name: &str, owner: &str) -> Result<Option<[f64; 3]>, ReadError> {
+    pub fn three(
+        &self,
+        node: Node,
+        name: &str,
+        owner: &str,
+    ) -> Result<Option<[f64; 3]>, ReadError> {
         let Some(attribute) = node.attribute_node(name) else { return Ok(None) };
         let mut three = [0.0; 3];
         let mut words = attribute.value().split_ascii_whitespace();

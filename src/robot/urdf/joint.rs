@@ -127,7 +127,8 @@ fn axis(
     let axis = Vector3::from(xyz);
     let largest = axis.amax();
     if largest == 0.0 {
-        let message = format!("{owner}, <axis xyz>: got no direction, wants a vector that is not 0");
+        let message =
+            format!("{owner}, <axis xyz>: got no direction, wants a vector that is not 0");
         return Err(source.error(attribute_at(element, "xyz"), message));
     }
     let scaled = axis / largest;

@@ -52,15 +52,17 @@ fn depth(text: &str) -> Result<(), ReadError> {
         } else {
             let tag = tag(rest);
             if tag.attributes > MOST_ATTRIBUTES {
-                let message =
-                    format!("got more than {MOST_ATTRIBUTES} attributes in an element, wants fewer");
+                let message = format!(
+                    "got more than {MOST_ATTRIBUTES} attributes in an element, wants fewer"
+                );
                 return Err(ReadError::at(text, open, message));
             }
             depth += usize::from(!tag.closed);
             Some(open + tag.length)
         };
         if depth > DEEPEST {
-            let message = format!("got elements nested deeper than {DEEPEST}, wants a flatter file");
+            let message =
+                format!("got elements nested deeper than {DEEPEST}, wants a flatter file");
             return Err(ReadError::at(text, open, message));
         }
         match end {

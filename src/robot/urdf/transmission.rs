@@ -11,17 +11,15 @@ use crate::robot::ReadError;
 use crate::robot::error::quoted;
 
 /// Armature by the joint's name [kg·m² or kg].
-pub(super) fn armatures(
-    source: &Source,
-    robot: Node,
-) -> Result<BTreeMap<String, f64>, ReadError> {
+pub(super) fn armatures(source: &Source, robot: Node) -> Result<BTreeMap<String, f64>, ReadError> {
     let mut armatures = BTreeMap::new();
     for node in robot.children().filter(|node| node.has_tag_name("transmission")) {
         let Some(rotor) = rotor(source, node)? else { continue };
         let at = node.range().start;
         let mut joints = node.descendants().filter(|part| part.has_tag_name("joint"));
         let (Some(joint), None) = (joints.next(), joints.next()) else {
-            let message = "transmission: got a rotor's inertia without exactly one <joint>, wants one";
+            let message =
+                "transmission: got a rotor's inertia without exactly one <joint>, wants one";
             return Err(source.error(at, message));
         };
         let name = source.text(joint, "name", "transmission")?;

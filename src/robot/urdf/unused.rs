@@ -35,7 +35,8 @@ pub(super) fn notes(source: &Source, robot: Node) -> Vec<String> {
             }
         }
     }
-    let mut found: Vec<_> = found.into_iter().map(|(name, (at, count))| (at, name, count)).collect();
+    let mut found: Vec<_> =
+        found.into_iter().map(|(name, (at, count))| (at, name, count)).collect();
     found.sort_unstable();
     let more = found.len().saturating_sub(MOST_NOTES);
     let shown = found.iter().take(MOST_NOTES);
