@@ -5,9 +5,10 @@
 >>> run = scene.run()
 >>> print(run.metrics(window=(20, 40)))
 
-What you need is here: an arm (`TwoLink`), a controller (`ComputedTorque`) with or without a
-`FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference (`Sines`, `Quintic`, `Table` or any
-callable), `simulate()`, and the Riccati equations (`bounded_real_riccati`, `care`).
+What you need is here: an arm (`TwoLink`, or `Serial` for any other), a controller
+(`ComputedTorque`) with or without a `FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference
+(`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
+(`bounded_real_riccati`, `care`).
 """
 
 from importlib.metadata import version as _version
@@ -22,6 +23,7 @@ from ._core import (
     Plant,
     Quintic,
     RiccatiSolution,
+    Serial,
     Sines,
     Table,
     TwoLink,
@@ -47,6 +49,7 @@ __all__ = [
     "Quintic",
     "RiccatiSolution",
     "Run",
+    "Serial",
     "Sines",
     "Status",
     "Table",

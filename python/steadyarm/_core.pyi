@@ -1,13 +1,14 @@
 """The compiled core; all of it but `simulate`, `design` and `metrics` is exported by `steadyarm`.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
-type, order and stride; they are copied, and what comes back is always a new float64 array. Where a
-scalar stands for a vector it counts for both joints. Errors name the argument, what it got and
-what it wants: ``TypeError`` for a wrong type, ``ValueError`` for a wrong shape or value (NaN and
-infinity included).
+type, order and stride; they are copied, and what comes back is always a new float64 array. Arms
+have n joints, 1 to 8; where a scalar stands for a vector it counts for all of them. What was given
+scalars only fits any arm, and is taken for one of two joints where there is no arm. Errors name
+the argument, what it got and what it wants: ``TypeError`` for a wrong type, ``ValueError`` for a
+wrong shape or value (NaN and infinity included).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from os import PathLike
 from typing import Any, Literal, TypedDict, final
 
@@ -23,6 +24,7 @@ __all__ = [
     "Plant",
     "Quintic",
     "RiccatiSolution",
+    "Serial",
     "Sines",
     "Table",
     "TwoLink",
@@ -62,6 +64,12 @@ class _MetricsRecord(TypedDict):
     rms_tau: _Array
     max_abs_tau: _Array
     torque_variation: _Array
+
+class _Limits(TypedDict):
+    lower: _Array
+    upper: _Array
+    velocity: _Array
+    effort: _Array
 
 class NoStabilizingSolution(ValueError):
     """The Riccati equation (19) has no stabilising solution.
@@ -140,12 +148,158 @@ class TwoLink:
     def __reduce__(self) -> tuple[type[TwoLink], tuple[Any, ...]]: ...
 
 @final
+class Serial:
+    """A serial arm of 1 to 8 revolute and prismatic joints on a fixed base.
+
+    ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). Made by `from_urdf`, `from_dh`,
+    `from_toml` or `shipped`. For a prismatic joint, read m for rad and N for N·m. ``q``, ``dq``,
+    ``ddq``, ``tau``: (n,), finite; float64 arrays are fastest. ``out``: a float64 array (n,) that
+    is written to and returned. Pickles by its TOML, bit for bit.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the argument; for a description with the line, what it got and what it wants.
+    OSError
+        For a file that cannot be opened.
+    """
+
+    @staticmethod
+    def from_urdf(
+        path_or_text: str | PathLike[str],
+        base: str | None = None,
+        tip: str | None = None,
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+    ) -> Serial:
+        """Read the chain from link ``base`` (default: the root) to link ``tip`` (the only end).
+
+        A string that starts with ``<`` is the text itself. Fixed joints are merged; other joints
+        are held at 0. ``gravity`` [m/s²] in the axes of the base. What was not used stands in
+        `notes`.
+        """
+    @staticmethod
+    def from_dh(
+        a: ArrayLike,
+        alpha: ArrayLike,
+        d: ArrayLike,
+        theta_offset: ArrayLike = 0.0,
+        *,
+        convention: Literal["standard", "modified"] = "standard",
+        kind: Literal["revolute", "prismatic"]
+        | Sequence[Literal["revolute", "prismatic"]] = "revolute",
+        mass: ArrayLike = 0.0,
+        com: ArrayLike = 0.0,
+        inertia: ArrayLike = 0.0,
+        viscous: ArrayLike = 0.0,
+        coulomb: ArrayLike = 0.0,
+        armature: ArrayLike = 0.0,
+        gravity: ArrayLike = (0.0, 0.0, -9.81),
+        name: str = "arm",
+    ) -> Serial:
+        """Build from a Denavit-Hartenberg table: ``a``, ``d`` [m]; ``alpha``, ``theta_offset``.
+
+        Each column is a scalar for all joints or (n,); angles [rad]. ``mass`` [kg]; ``com`` [m],
+        (n, 3), in the table's frame i; ``inertia`` [kg·m²] about it: (n, 3) for a
+        diagonal, or (n, 3, 3). ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``armature`` [kg·m²].
+        """
+    @staticmethod
+    def from_toml(path_or_text: str | PathLike[str]) -> Serial:
+        """Read what `to_toml` wrote. A string of several lines is the text itself."""
+    @staticmethod
+    def shipped(name: str) -> Serial:
+        """Take one of the arms that come with the wheel: "panda", "puma560", "ur5e"."""
+    def to_toml(self) -> str:
+        """Return the arm as TOML; `from_toml` gives it back, bit for bit."""
+    def without_friction(self) -> Serial:
+        """Return the same arm with no friction in any joint."""
+    def with_payload(
+        self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike = 0.0
+    ) -> Serial:
+        """Return the same arm with a body fixed to its tip.
+
+        ``mass`` [kg], ``com`` (3,) [m] in the tip's frame, ``inertia`` [kg·m²] about it: a scalar
+        for all axes, a diagonal (3,), or (3, 3).
+        """
+    def perturb(
+        self,
+        seed: int,
+        mass: float = 0.2,
+        com: float = 0.01,
+        inertia: float = 0.2,
+        friction: float = 0.2,
+    ) -> Serial:
+        """Return a neighbour, physically valid, and the same for the same seed on any machine.
+
+        Masses, moments and friction are off by shares up to ±``mass``, ±``inertia`` and
+        ±``friction``, centres of mass by up to ±``com`` [m] along each axis.
+        """
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+    @property
+    def name(self) -> str:
+        """What the robot is called."""
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, from the base on."""
+    @property
+    def link_names(self) -> list[str]:
+        """Names of the links that they move."""
+    @property
+    def notes(self) -> list[str]:
+        """What the description says that was not used, or not taken as it stands."""
+    @property
+    def limits(self) -> _Limits:
+        """Limits of the joints, infinite for none."""
+    def mass_matrix(self, q: ArrayLike) -> _Array:
+        """M(q) [kg·m²], (n, n), symmetric positive definite."""
+    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric."""
+    def gravity(self, q: ArrayLike) -> _Array:
+        """G(q) [N·m], (n,)."""
+    def friction(self, dq: ArrayLike) -> _Array:
+        """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck."""
+    def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """H(q, dq) = C dq + G + f [N·m], (n,); eq. (6)."""
+    def inverse_dynamics(
+        self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, out: _Array | None = None
+    ) -> _Array:
+        """tau = M(q) ddq + H(q, dq) [N·m], (n,)."""
+    def forward_dynamics(
+        self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, out: _Array | None = None
+    ) -> _Array:
+        """ddq = M(q)⁻¹ (tau - H(q, dq)) [rad/s²], (n,)."""
+    def slotine_li(self, q: ArrayLike, dq: ArrayLike, dq_r: ArrayLike, ddq_r: ArrayLike) -> _Array:
+        """M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction."""
+    def regressor(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> _Array:
+        """Y(q, dq, ddq), (n, 10n): ``Y @ inertial_parameters()`` = M ddq + C dq + G.
+
+        Without friction and armature.
+        """
+    def inertial_parameters(self) -> _Array:
+        """π, (10n,): m, m c, and moments xx, xy, yy, xz, yz, zz about the origin, of each link."""
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """dq' M(q) dq / 2 [J]."""
+    def potential_energy(self, q: ArrayLike) -> float:
+        """U(q) [J]; its gradient is G(q)."""
+    def pose(self, q: ArrayLike) -> _Array:
+        """Pose of the tip in the base, (4, 4)."""
+    def link_poses(self, q: ArrayLike) -> _Array:
+        """Poses of the joints' frames in the base, (n, 4, 4)."""
+    def jacobian(self, q: ArrayLike) -> _Array:
+        """Jacobian of the tip in the axes of the base, (6, n).
+
+        ``dq`` to its velocity [m/s] (rows 0 to 2) and angular velocity [rad/s] (rows 3 to 5).
+        """
+    def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+
+@final
 class FuzzyBasis:
     """Gaussian fuzzy sets, how they combine to rules, and the signals they see: ξ(x) of (1)-(4).
 
     The paper gives the sets but not the rules; all four readings are here. Inputs come joint after
-    joint within a signal: [e₁, e₂, de₁, de₂] for "error". Products are never 0/0, however far x is
-    from the centres.
+    joint within a signal: [e₁ … eₙ, de₁ … deₙ] for "error". Products are never 0/0, however far x
+    is from the centres.
 
     Parameters
     ----------
@@ -160,6 +314,8 @@ class FuzzyBasis:
     inputs: "error" (e, de), the paper's; "state" (q, dq); "reference" (q_d, dq_d); "trajectory"
         (q_d, dq_d, ddq_d); one signal, a list of signals, or a dict signal -> scale that
         multiplies it.
+    joints: of the arm; by default those that the lists of ``centers`` are for, or any. A controller
+        builds the rules for its own arm.
 
     Raises
     ------
@@ -175,6 +331,7 @@ class FuzzyBasis:
         width: ArrayLike,
         normalized: bool = True,
         inputs: _Inputs = "error",
+        joints: int | None = None,
     ) -> FuzzyBasis: ...
     @property
     def form(self) -> Literal["grid", "shared", "concat", "per_joint"]:
@@ -186,12 +343,15 @@ class FuzzyBasis:
     def inputs(self) -> list[tuple[_Signal, float]]:
         """The signals with their scales, in order."""
     @property
+    def joints(self) -> int | None:
+        """Joints of the arm that it is for; None: any."""
+    @property
     def rules(self) -> int:
         """Number of rules for the arm's inputs (per_joint: of all joints together)."""
     def evaluate(self, x: ArrayLike) -> _Array:
         """ξ at every row of ``x``: (T, inputs) -> (T, rules).
 
-        The number of inputs follows from ``x``; per_joint takes input k for joint k mod 2. Raises
+        The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
         ValueError for a wrong shape, NaN, infinity, or more than 2²⁸ entries.
         """
     def __reduce__(self) -> tuple[type[FuzzyBasis], tuple[Any, ...]]: ...
@@ -231,9 +391,9 @@ class FuzzyCompensator:
     Parameters
     ----------
     basis: ξ and the signals it sees.
-    q: Q of (19): a scalar for all entries, its diagonal (4,) for [e₁, e₂, de₁, de₂], or a diagonal
-        matrix (4, 4); >= 0. The paper's is 10.
-    gain: Γ⁻¹, scalar or (2,), > 0.
+    q: Q of (19): a scalar for all entries, its diagonal (2n,) for [e₁ … eₙ, de₁ … deₙ], or a
+        diagonal matrix (2n, 2n); >= 0. The paper's is 10.
+    gain: Γ⁻¹, scalar or (n,), > 0.
     gamma: attenuation level γ of (19), > 0 or infinity; the paper's is 1.
     leak_rate: σ-modification as a rate [1/s]: the weights return to their prior like
         exp(-leak_rate t).
@@ -267,10 +427,10 @@ class FuzzyCompensator:
         """The basis ξ."""
     @property
     def q(self) -> _Array:
-        """Diagonal of Q, (4,): [e₁, e₂, de₁, de₂]."""
+        """Diagonal of Q, (2n,): [e₁ … eₙ, de₁ … deₙ]."""
     @property
     def gain(self) -> _Array:
-        """Γ⁻¹ of each joint, (2,)."""
+        """Γ⁻¹ of each joint, (n,)."""
     @property
     def gamma(self) -> float:
         """γ of (19)."""
@@ -286,11 +446,11 @@ class ComputedTorque:
 
     Parameters
     ----------
-    arm: what the controller believes of the arm.
-    kp: K_p [1/s²], scalar or (2,), > 0.
-    kv: K_v [1/s], scalar or (2,), > 0.
+    arm: what the controller believes of the arm, with n joints.
+    kp: K_p [1/s²], scalar or (n,), > 0.
+    kv: K_v [1/s], scalar or (n,), > 0.
     compensator: produces ρ̂; None for plain computed torque.
-    effort_limit: largest torque of each joint [N·m], scalar or (2,), > 0; None or inf for none.
+    effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
     effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
         simulations only.
 
@@ -304,7 +464,7 @@ class ComputedTorque:
 
     def __new__(
         cls,
-        arm: TwoLink,
+        arm: TwoLink | Serial,
         kp: ArrayLike,
         kv: ArrayLike,
         compensator: FuzzyCompensator | None = None,
@@ -320,9 +480,9 @@ class ComputedTorque:
         ddq_d: ArrayLike,
         dt: float,
     ) -> _Array:
-        """One sample: the torque [N·m], (2,), to hold for ``dt`` [s]; adapts the weights meanwhile.
+        """One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
 
-        ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (2,), at most 1e10.
+        ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
         ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits. Raises ValueError or
         TypeError naming what does not fit; nothing has changed then, bit for bit.
         """
@@ -330,13 +490,13 @@ class ComputedTorque:
         """Forget the weights, the last torque and the count of steps."""
     @property
     def tau_model(self) -> _Array | None:
-        """M₀v + H₀ of the latest step [N·m], (2,); None before it."""
+        """M₀v + H₀ of the latest step [N·m], (n,); None before it."""
     @property
     def tau_compensation(self) -> _Array | None:
-        """-M₀ρ̂ of the latest step [N·m], (2,); None before it."""
+        """-M₀ρ̂ of the latest step [N·m], (n,); None before it."""
     @property
     def rho_hat(self) -> _Array | None:
-        """ρ̂ of the latest step [rad/s²], (2,); None before it."""
+        """ρ̂ of the latest step [rad/s²], (n,); None before it."""
     @property
     def limited(self) -> bool:
         """Whether a limit cut the latest torque; nothing was learnt then."""
@@ -344,23 +504,23 @@ class ComputedTorque:
     def steps(self) -> int:
         """Number of samples accepted."""
     @property
-    def arm(self) -> TwoLink:
+    def arm(self) -> TwoLink | Serial:
         """The nominal arm."""
     @property
     def kp(self) -> _Array:
-        """K_p [1/s²], (2,)."""
+        """K_p [1/s²], (n,)."""
     @property
     def kv(self) -> _Array:
-        """K_v [1/s], (2,)."""
+        """K_v [1/s], (n,)."""
     @property
     def compensator(self) -> FuzzyCompensator | None:
         """The compensator, or None."""
     @property
     def P(self) -> _Array | None:
-        """P of (19), (4, 4); None without a compensator."""
+        """P of (19), (2n, 2n); None without a compensator."""
     @property
     def weights(self) -> _Array | None:
-        """W, (2, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
+        """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
         Assign to set it: adaptation goes on from there. Raises ValueError for a wrong shape or
         entries that are not finite or beyond 1e150, TypeError without a compensator.
@@ -399,25 +559,25 @@ class Plant:
     ----------
     arm: the true arm.
     disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
-        torque), or a callable ``(q, dq, t) -> (2,)``; None for none.
-    effort_limit: what each actuator can give [N·m], scalar or (2,), > 0; None or inf for no limit.
+        torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
+    effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
     """
 
     def __new__(
         cls,
-        arm: TwoLink,
+        arm: TwoLink | Serial,
         disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
         effort_limit: ArrayLike | None = None,
     ) -> Plant: ...
     @property
-    def arm(self) -> TwoLink:
+    def arm(self) -> TwoLink | Serial:
         """The true arm."""
     @property
     def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
         """τ_d as it was given."""
     @property
     def effort_limit(self) -> _Array:
-        """Largest torque of each actuator [N·m], (2,); inf without a limit."""
+        """Largest torque of each actuator [N·m], (n,); inf without a limit."""
     def step(
         self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, t: float, dt: float
     ) -> tuple[_Array, _Array]:
@@ -437,8 +597,8 @@ class Sines:
     Parameters
     ----------
     frequency: ω [rad/s], (K,) or a scalar.
-    sin, cos: amplitudes, (K, 2), or scalar or (2,) if ``frequency`` is a scalar; 0 by default.
-    offset: scalar or (2,); 0 by default.
+    sin, cos: amplitudes, (K, n), or scalar or (n,) if ``frequency`` is a scalar; 0 by default.
+    offset: scalar or (n,); 0 by default.
     """
 
     def __new__(
@@ -449,14 +609,14 @@ class Sines:
         offset: ArrayLike | None = None,
     ) -> Sines: ...
     def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
     def __reduce__(self) -> tuple[type[Sines], tuple[Any, ...]]: ...
 
 @final
 class Quintic:
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
-    ``start``, ``goal``: scalar or (2,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
+    ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
     """
 
     def __new__(
@@ -467,7 +627,7 @@ class Quintic:
         start_time: float | None = None,
     ) -> Quintic: ...
     def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
     def __reduce__(self) -> tuple[type[Quintic], tuple[Any, ...]]: ...
 
 @final
@@ -477,8 +637,8 @@ class Table:
     Parameters
     ----------
     t: times [s], (T,), increasing, at least two.
-    q: positions [rad], (T, 2).
-    dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, 2); both, or neither: they then come
+    q: positions [rad], (T, n).
+    dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, n); both, or neither: they then come
         from ``q``.
     """
 
@@ -490,7 +650,7 @@ class Table:
         ddq: ArrayLike | None = None,
     ) -> Table: ...
     def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (2,)."""
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
     def __reduce__(self) -> tuple[type[Table], tuple[Any, ...]]: ...
 
 @final

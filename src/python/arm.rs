@@ -2,8 +2,7 @@
 
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, finite_vector, joints, owned2, renamed, scalar_or};
-use super::dispatch::{JOINTS, rows};
+use super::convert::{Array1, Array2, array1, finite_vector, joints, renamed, scalar_or, square};
 use super::value_error;
 use crate::arm::{Arm, Friction, TwoLink, TwoLinkParameters};
 
@@ -64,7 +63,7 @@ impl PyTwoLink {
     /// Number of joints, 2.
     #[getter]
     fn joints(&self) -> usize {
-        JOINTS
+        2
     }
 
     /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.
@@ -72,7 +71,7 @@ impl PyTwoLink {
     fn parameters(&self) -> Arguments {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
         let Friction { viscous, coulomb, smoothing } = friction;
-        let list = |x: &[f64; JOINTS]| x.to_vec();
+        let list = |x: &[f64; 2]| x.to_vec();
         let rigid = (list(mass), list(length), list(inertia));
         (rigid.0, rigid.1, rigid.2, *gravity, list(viscous), list(coulomb), list(smoothing))
     }
@@ -89,7 +88,7 @@ impl PyTwoLink {
 
     /// M(q) [kg·m²], (2, 2), symmetric positive definite.
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        owned2(py, rows(&self.arm.mass_matrix(&finite_vector(q, "q")?)), JOINTS)
+        square(py, &self.arm.mass_matrix(&finite_vector(q, "q")?))
     }
 
     /// C(q, dq) [N·m·s], (2, 2), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
@@ -99,11 +98,7 @@ impl PyTwoLink {
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
     ) -> PyResult<Array2<'py>> {
-        owned2(
-            py,
-            rows(&self.arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?)),
-            JOINTS,
-        )
+        square(py, &self.arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
     }
 
     /// G(q) [N·m], (2,).

@@ -5,9 +5,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Array2, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
+    Array2, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
 };
-use super::dispatch::JOINTS;
+use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::value_error;
 use crate::control::{Inputs, Signal};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
@@ -37,7 +37,8 @@ const MAX_ENTRIES: usize = 1 << 28;
 /// "concat" (a rule for every set of every input) or "per_joint" (a grid for each joint). centers: a list for all
 /// inputs, or a list of lists, one an input; width: σ, a scalar, one a set, or one an input. normalized: fuzzy basis
 /// functions (4) or raw firing strengths. inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d),
-/// "trajectory" (q_d, dq_d, ddq_d), a list of these signals, or a dict signal -> scale.
+/// "trajectory" (q_d, dq_d, ddq_d), a list of these signals, or a dict signal -> scale. joints: of the arm; by default
+/// those that the lists of centers are for, or any.
 #[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyBasis {
@@ -49,6 +50,8 @@ pub(super) struct PyFuzzyBasis {
     shared_axis: bool,
     normalized: bool,
     inputs: Inputs,
+    /// Joints of the arm that it is for; `None`: any.
+    pub joints: Option<usize>,
 }
 
 impl PyFuzzyBasis {
@@ -75,9 +78,22 @@ impl PyFuzzyBasis {
         FuzzyBasis::new(form, self.normalized, &axes).map_err(value_error)
     }
 
-    /// The basis for the wheel's arms, with the signals it sees.
-    pub fn for_arm(&self) -> PyResult<(FuzzyBasis, Inputs)> {
-        Ok((self.build(self.inputs.len(JOINTS), JOINTS)?, self.inputs))
+    /// The basis for an arm.
+    pub fn for_arm(&self, joints: usize) -> PyResult<FuzzyBasis> {
+        self.build(self.inputs.len(joints), joints)
+    }
+
+    /// The basis over so many inputs, whatever they are.
+    pub fn over(&self, inputs: usize) -> PyResult<FuzzyBasis> {
+        self.build(inputs, self.joints_or_default())
+    }
+
+    pub fn signals(&self) -> Inputs {
+        self.inputs
+    }
+
+    fn joints_or_default(&self) -> usize {
+        self.joints.unwrap_or(DEFAULT_JOINTS)
     }
 }
 
@@ -85,8 +101,8 @@ impl PyFuzzyBasis {
 impl PyFuzzyBasis {
     #[new]
     #[pyo3(
-        signature = (form, centers, width, normalized=None, inputs=None),
-        text_signature = "(form, centers, width, normalized=True, inputs='error')"
+        signature = (form, centers, width, normalized=None, inputs=None, joints=None),
+        text_signature = "(form, centers, width, normalized=True, inputs='error', joints=None)"
     )]
     fn new(
         form: Any<'_, '_>,
@@ -94,15 +110,22 @@ impl PyFuzzyBasis {
         width: Any<'_, '_>,
         normalized: Option<Any<'_, '_>>,
         inputs: Option<Any<'_, '_>>,
+        joints: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let form = word(form, "form", FORMS)?;
         let normalized = normalized.map_or(Ok(true), |value| flag(value, "normalized"))?;
         let (centers, shared_axis) = ragged(centers, "centers")?;
         let widths = widths(width, &centers, shared_axis)?;
         let inputs = inputs.map_or(Ok(Inputs::error()), signals)?;
-        let basis = Self { form: form.into(), centers, widths, shared_axis, normalized, inputs };
-        if basis.shared_axis || basis.centers.len() == basis.inputs.len(JOINTS) {
-            basis.for_arm()?;
+        let joints = match joints {
+            Some(joints) => Some(joint_count(joints)?),
+            None if shared_axis => None,
+            None => joints_of_lists(centers.len(), &inputs),
+        };
+        let form = form.into();
+        let basis = Self { form, centers, widths, shared_axis, normalized, inputs, joints };
+        if shared_axis || joints.is_some() {
+            basis.for_arm(basis.joints_or_default())?;
         }
         Ok(basis)
     }
@@ -126,10 +149,16 @@ impl PyFuzzyBasis {
         self.inputs.signals().iter().map(|&(signal, scale)| (name(signal), scale)).collect()
     }
 
+    /// Joints of the arm that it is for; None: any.
+    #[getter]
+    fn joints(&self) -> Option<usize> {
+        self.joints
+    }
+
     /// Number of rules for the arm's inputs.
     #[getter]
     fn rules(&self) -> PyResult<usize> {
-        Ok(self.for_arm()?.0.rules())
+        Ok(self.for_arm(self.joints_or_default())?.rules())
     }
 
     /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a signal.
@@ -138,7 +167,7 @@ impl PyFuzzyBasis {
         if columns == 0 {
             return Err(wrong_shape("x", &[rows, 0], "(samples, inputs) with at least one input"));
         }
-        let basis = self.build(columns, JOINTS)?;
+        let basis = self.over(columns)?;
         let entries = rows.checked_mul(basis.rules()).filter(|&entries| entries <= MAX_ENTRIES);
         let Some(entries) = entries else {
             let most = MAX_ENTRIES / basis.rules();
@@ -154,7 +183,7 @@ impl PyFuzzyBasis {
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let PyFuzzyBasis { form, centers, widths, shared_axis, normalized, .. } = slf.get();
+        let PyFuzzyBasis { form, centers, widths, shared_axis, normalized, joints, .. } = slf.get();
         let py = slf.py();
         let list = |x: &Vec<Vec<f64>>| -> PyResult<Bound<'py, PyAny>> {
             if *shared_axis {
@@ -167,7 +196,7 @@ impl PyFuzzyBasis {
         for (name, scale) in slf.get().inputs() {
             inputs.set_item(name, scale)?;
         }
-        let arguments = (form, list(centers)?, list(widths)?, *normalized, inputs);
+        let arguments = (form, list(centers)?, list(widths)?, *normalized, inputs, *joints);
         Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 
@@ -175,6 +204,21 @@ impl PyFuzzyBasis {
         let (form, normalized, inputs) = (&self.form, self.normalized, self.inputs());
         format!("FuzzyBasis(form={form:?}, normalized={normalized}, inputs={inputs:?})")
     }
+}
+
+/// The argument `joints`.
+fn joint_count(value: Any<'_, '_>) -> PyResult<usize> {
+    match count(value, "joints")? {
+        joints @ 1..=MAX_JOINTS => Ok(joints),
+        other => Err(too_many_joints(other)),
+    }
+}
+
+/// The joints that so many lists are for, one list an input.
+fn joints_of_lists(lists: usize, inputs: &Inputs) -> Option<usize> {
+    let signals = inputs.len(1);
+    let joints = lists / signals;
+    ((1..=MAX_JOINTS).contains(&joints) && lists.is_multiple_of(signals)).then_some(joints)
 }
 
 /// A list of numbers (for all inputs), or a list of such lists.

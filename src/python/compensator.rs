@@ -3,70 +3,66 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::convert::{Array2, owned2, type_name};
-use super::dispatch::{JOINTS, JointVector};
+use super::convert::type_name;
+use super::dispatch::same_joints;
 use super::fuzzy::PyFuzzyCompensator;
 use super::value_error;
 use crate::control::{Audit, Compensator, FuzzyCompensator, FuzzyState, Gains, Sample, Stage};
 use crate::error::Result;
+use crate::math::Vector;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Any compensator.
-pub(super) enum AnyCompensator {
+pub(super) enum AnyCompensator<const N: usize> {
     None,
-    Fuzzy(Box<FuzzyCompensator<JOINTS>>),
+    Fuzzy(Box<FuzzyCompensator<N>>),
 }
 
 /// Its state.
 #[derive(Clone)]
-pub(super) enum AnyState {
+pub(super) enum AnyState<const N: usize> {
     None,
-    Fuzzy(Box<FuzzyState<JOINTS, Vec<f64>>>),
+    Fuzzy(Box<FuzzyState<N, Vec<f64>>>),
 }
 
-impl Compensator<JOINTS, AnyState> for AnyCompensator {
+impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
     #[inline]
     fn estimate(
         &self,
-        state: &mut AnyState,
+        state: &mut AnyState<N>,
         stage: &Stage<'_>,
-        sample: &Sample<JOINTS>,
-    ) -> JointVector {
+        sample: &Sample<N>,
+    ) -> Vector<N> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.estimate(state, stage, sample),
-            _ => JointVector::zeros(),
+            _ => Vector::zeros(),
         }
     }
 
     #[inline]
-    fn hold(&self, state: &mut AnyState, index: usize) {
+    fn hold(&self, state: &mut AnyState<N>, index: usize) {
         if let (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (self, state) {
             fuzzy.hold(state, index);
         }
     }
 
     #[inline]
-    fn advance(&self, state: &mut AnyState, end: &Stage<'_>) -> Result<()> {
+    fn advance(&self, state: &mut AnyState<N>, end: &Stage<'_>) -> Result<()> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.advance(state, end),
             _ => Ok(()),
         }
     }
 
-    fn reset(&self, state: &mut AnyState) {
+    fn reset(&self, state: &mut AnyState<N>) {
         if let (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (self, state) {
             fuzzy.reset(state);
         }
     }
 
     #[inline]
-    fn audit(
-        &self,
-        state: &AnyState,
-        index: usize,
-        sample: &Sample<JOINTS>,
-    ) -> Option<Audit<JOINTS>> {
+    fn audit(&self, state: &AnyState<N>, index: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.audit(state, index, sample),
             _ => None,
@@ -74,33 +70,41 @@ impl Compensator<JOINTS, AnyState> for AnyCompensator {
     }
 }
 
-/// W of a state, (n, rules); `None` without a compensator.
-pub(super) fn weights_of<'py>(
-    py: Python<'py>,
-    compensator: &AnyCompensator,
-    state: &AnyState,
-) -> PyResult<Option<Array2<'py>>> {
+/// W of a state, row-major with n rows; `None` without a compensator.
+pub(super) fn weights_of<const N: usize>(
+    compensator: &AnyCompensator<N>,
+    state: &AnyState<N>,
+) -> Result<Option<Vec<f64>>> {
     let (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (compensator, state) else {
         return Ok(None);
     };
     let mut weights = vec![0.0; fuzzy.weights_len()];
-    fuzzy.read_weights(state, &mut weights).map_err(value_error)?;
-    owned2(py, weights, fuzzy.weights_len() / JOINTS).map(Some)
+    fuzzy.read_weights(state, &mut weights)?;
+    Ok(Some(weights))
 }
 
 /// The compensator of these gains that a Python argument asks for, and its state.
-pub(super) fn compensator_for(
+pub(super) fn compensator_for<const N: usize>(
     value: Option<Any<'_, '_>>,
-    gains: &Gains<JOINTS>,
-) -> PyResult<(AnyCompensator, AnyState)> {
+    gains: &Gains<N>,
+) -> PyResult<(AnyCompensator<N>, AnyState<N>)> {
     let Some(value) = value else { return Ok((AnyCompensator::None, AnyState::None)) };
+    let fuzzy = compensator_of(value)?;
+    if let Some(joints) = fuzzy.joints {
+        same_joints("compensator", joints, N)?;
+    }
+    let basis = fuzzy.basis.for_arm(N)?;
+    let parameters = fuzzy.parameters()?;
+    let fuzzy = Box::new(FuzzyCompensator::new(basis, gains, parameters).map_err(value_error)?);
+    let state = Box::new(fuzzy.state());
+    Ok((AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)))
+}
+
+/// What was given as the argument `compensator`.
+pub(super) fn compensator_of<'a>(value: Any<'a, '_>) -> PyResult<&'a PyFuzzyCompensator> {
     let fuzzy = value.cast::<PyFuzzyCompensator>().map_err(|_| {
         let got = type_name(value);
         PyTypeError::new_err(format!("compensator: got {got}, wants a FuzzyCompensator or None"))
     })?;
-    let PyFuzzyCompensator { basis, parameters } = fuzzy.get();
-    let (basis, _) = basis.for_arm()?;
-    let fuzzy = Box::new(FuzzyCompensator::new(basis, gains, *parameters).map_err(value_error)?);
-    let state = Box::new(fuzzy.state());
-    Ok((AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)))
+    Ok(fuzzy.get())
 }

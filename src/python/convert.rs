@@ -1,20 +1,25 @@
 //! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so that a caller may
 //! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods};
+use numpy::{
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyFloat;
 
-use super::dispatch::{JOINTS, JointVector};
 use super::value_error;
 use crate::error::{Error, finite};
+use crate::math::{Matrix, Vector};
 
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
 
 /// A two-dimensional array.
 pub(super) type Array2<'py> = Bound<'py, PyArray2<f64>>;
+
+/// A three-dimensional array.
+pub(super) type Array3<'py> = Bound<'py, PyArray3<f64>>;
 
 /// Numbers of any shape, row-major.
 pub(super) struct Numbers {
@@ -47,35 +52,38 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
 
 /// One value a joint: shape (n,).
 #[inline]
-pub(super) fn vector(value: &Bound<'_, PyAny>, name: &str) -> PyResult<JointVector> {
+pub(super) fn vector<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector<N>> {
     if let Ok(array) = value.cast::<PyArray1<f64>>()
-        && array.len() == JOINTS
+        && array.len() == N
         && array.data().is_aligned()
         && array.strides()[0] % (align_of::<f64>() as isize) == 0
     {
         let entry = |n| array.get_owned([n]).unwrap_or(f64::NAN);
-        return Ok(JointVector::from_fn(|n, _| entry(n)));
+        return Ok(Vector::from_fn(|n, _| entry(n)));
     }
     let Numbers { shape, values } = numbers(value, name)?;
-    match <[f64; JOINTS]>::try_from(values) {
+    match <[f64; N]>::try_from(values) {
         Ok(values) if shape.len() == 1 => Ok(values.into()),
-        _ => Err(wrong_shape(name, &shape, &format!("({JOINTS},)"))),
+        _ => Err(wrong_shape(name, &shape, &format!("({N},)"))),
     }
 }
 
 /// One value a joint, or a scalar for all joints.
-pub(super) fn joints(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; JOINTS]> {
+pub(super) fn joints<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
     let Numbers { shape, values } = numbers(value, name)?;
     match (shape.len(), values.as_slice().try_into()) {
-        (0, _) => Ok([values[0]; JOINTS]),
+        (0, _) => Ok([values[0]; N]),
         (1, Ok(values)) => Ok(values),
-        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({JOINTS},)"))),
+        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({N},)"))),
     }
 }
 
 /// One value a joint, each of them finite.
-pub(super) fn finite_vector(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<JointVector> {
-    let vector = vector(value, name)?;
+pub(super) fn finite_vector<const N: usize>(
+    value: &Bound<'_, PyAny>,
+    name: &'static str,
+) -> PyResult<Vector<N>> {
+    let vector: Vector<N> = vector(value, name)?;
     finite(name, vector.as_slice()).map_err(value_error)?;
     Ok(vector)
 }
@@ -119,6 +127,18 @@ pub(super) fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
         }
         _ => Err(PyValueError::new_err(format!("{name}: got {}, wants {wanted}", value.str()?))),
     }
+}
+
+/// A whole number from 0 to 2⁶⁴ - 1.
+pub(super) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<u64> {
+    let wanted = "a whole number from 0 to 2^64 - 1";
+    value.extract().map_err(|error: PyErr| {
+        if error.is_instance_of::<PyTypeError>(value.py()) {
+            return wrong_type(name, value, wanted);
+        }
+        let got = value.str().map_or_else(|_| "another".into(), |text| text.to_string());
+        PyValueError::new_err(format!("{name}: got {got}, wants {wanted}"))
+    })
 }
 
 /// One of a few words.
@@ -232,6 +252,48 @@ pub(super) fn owned2<'py>(
 ) -> PyResult<Array2<'py>> {
     let rows = values.len() / columns.max(1);
     PyArray1::from_vec(py, values).reshape([rows, columns])
+}
+
+/// A new array of shape (count, size, size), without a copy.
+pub(super) fn matrices<'py>(
+    py: Python<'py>,
+    values: Vec<f64>,
+    size: usize,
+) -> PyResult<Array3<'py>> {
+    let count = values.len() / (size * size).max(1);
+    PyArray1::from_vec(py, values).reshape([count, size, size])
+}
+
+/// The values in `out`, a float64 array of shape (n,), or in a new array without it.
+#[inline]
+pub(super) fn written<'py>(
+    py: Python<'py>,
+    values: &[f64],
+    out: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let Some(out) = out else { return Ok(array1(py, values).into_any()) };
+    let wanted = "a float64 array that can be written to";
+    let array = out.cast::<PyArray1<f64>>().map_err(|_| wrong_type("out", out, wanted))?;
+    if array.len() != values.len() {
+        return Err(wrong_shape("out", array.shape(), &format!("({},)", values.len())));
+    }
+    let mut array = array.try_readwrite().map_err(|error| {
+        PyValueError::new_err(format!("out: got one that is read-only ({error}), wants {wanted}"))
+    })?;
+    for (n, value) in values.iter().enumerate() {
+        if let Some(entry) = array.get_mut([n]) {
+            *entry = *value;
+        }
+    }
+    Ok(out.clone())
+}
+
+/// A new array of shape (n, n).
+pub(super) fn square<'py, const N: usize>(
+    py: Python<'py>,
+    matrix: &Matrix<N>,
+) -> PyResult<Array2<'py>> {
+    owned2(py, matrix.transpose().as_slice().to_vec(), N)
 }
 
 /// Name of a value's type, for messages.

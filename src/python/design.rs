@@ -4,11 +4,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::compensator::AnyCompensator;
 use super::convert::{numbers, owned1, scalar, wrong_shape, wrong_type};
 use super::tracker::PyComputedTorque;
-use super::value_error;
-use crate::design::{Conditions, JointReport, Report};
+use crate::design::{Conditions, Finding, JointReport};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -40,17 +38,12 @@ pub(super) fn design<'py>(
         .iter()
         .map(|&[amplitude, frequency]| (amplitude, frequency))
         .collect();
-    let AnyCompensator::Fuzzy(fuzzy) = &tracker.controller.compensator else {
-        return Err(PyTypeError::new_err(
-            "tracker: got one without a compensator, wants one to report on",
-        ));
-    };
     let disturbance = disturbance.as_slice();
     let conditions = Conditions { period, delay_samples: delay, disturbance, inertia_ratio };
-    let report = Report::new(&tracker.controller.gains, fuzzy, &conditions).map_err(value_error)?;
+    let (joints, findings) = tracker.tracked.report(&conditions)?;
     let dict = PyDict::new(py);
     let set = |name, value: fn(&JointReport) -> f64| {
-        let values: Vec<f64> = report.joints.iter().map(value).collect();
+        let values: Vec<f64> = joints.iter().map(value).collect();
         dict.set_item(name, owned1(py, values))
     };
     set("p11", |j| j.p.p11)?;
@@ -65,11 +58,11 @@ pub(super) fn design<'py>(
     set("rms", |j| j.rms[1])?;
     set("sampled_radius", |j| j.sampled_radius)?;
     set("max_period", |j| j.max_period)?;
-    let poles = report.joints.iter().map(|j| j.poles.map(|z| (z.re, z.im)).to_vec());
+    let poles = joints.iter().map(|j| j.poles.map(|z| (z.re, z.im)).to_vec());
     dict.set_item("poles", poles.collect::<Vec<_>>())?;
-    let findings: Vec<String> = report.findings.iter().map(ToString::to_string).collect();
+    dict.set_item("sound", !findings.iter().any(Finding::refuses))?;
+    let findings: Vec<String> = findings.iter().map(ToString::to_string).collect();
     dict.set_item("findings", findings)?;
-    dict.set_item("sound", report.sound())?;
     Ok(dict)
 }
 

@@ -4,10 +4,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of};
-use super::convert::{
-    Array1, Array2, joints, matrix, numbers, owned1, owned2, scalar_or, wrong_shape,
-};
-use super::dispatch::JOINTS;
+use super::convert::{Array1, Array2, matrix, numbers, owned2, scalar_or, wrong_shape};
+use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::per_joint::{PerJoint, common_joints};
 use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters};
 use crate::error::{non_negative, within};
@@ -44,7 +43,7 @@ impl PyFuzzyApproximator {
             return Err(wrong_shape("y", &[rows, outputs], &format!("({samples}, outputs)")));
         }
         let ridge = scalar_or(ridge, 1e-10, "ridge")?;
-        let rules = basis.build(inputs, JOINTS)?;
+        let rules = basis.over(inputs)?;
         let approximator =
             FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
         Ok(Self { basis, approximator })
@@ -54,7 +53,7 @@ impl PyFuzzyApproximator {
     #[staticmethod]
     fn from_weights(basis: Any<'_, '_>, inputs: usize, weights: Any<'_, '_>) -> PyResult<Self> {
         let basis = basis_of(basis)?;
-        let rules = basis.build(inputs, JOINTS)?;
+        let rules = basis.over(inputs)?;
         let wanted = format!("(outputs, {})", rules.rules());
         let (outputs, columns, weights) = matrix(weights, "weights", &wanted)?;
         if outputs == 0 || columns != rules.rules() {
@@ -100,14 +99,72 @@ impl PyFuzzyApproximator {
 
 /// The fuzzy compensator ρ̂ = W ξ with the adaptive law (18): gain, Q and γ of (19), robust modifications.
 ///
-/// gain = Γ⁻¹: scalar or (2,), > 0. q: diagonal of Q, a scalar, (4,) for [e₁, e₂, de₁, de₂], or a diagonal (4, 4).
+/// gain = Γ⁻¹: scalar or (n,), > 0. q: diagonal of Q, a scalar, (2n,) for [e₁ … eₙ, de₁ … deₙ], or a diagonal (2n, 2n).
 /// gamma: the γ of (19). leak_rate [1/s], error_modification, projection_radius, dead_zone, normalization: off by
 /// default.
 #[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {
     pub basis: PyFuzzyBasis,
-    pub parameters: FuzzyParameters<JOINTS>,
+    /// Of the arm that it is for; `None`: any.
+    pub joints: Option<usize>,
+    gain: PerJoint,
+    /// Twice as many values.
+    q: PerJoint,
+    gamma: f64,
+    law: Law,
+}
+
+/// What of the law is the same for all joints.
+#[derive(Clone, Copy)]
+struct Law {
+    leak_rate: f64,
+    error_modification: f64,
+    projection_radius: f64,
+    dead_zone: f64,
+    normalization: f64,
+}
+
+impl PyFuzzyCompensator {
+    /// The core's parameters for `N` joints.
+    pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
+        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
+            self.law;
+        let adaptation = Adaptation {
+            gain: self.gain.each("gain")?,
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        };
+        let q = self.q.values(2 * N);
+        let half = |offset: usize| std::array::from_fn(|n| q[offset + n]);
+        let (q_position, q_velocity) = (half(0), half(N));
+        let inputs = self.basis.signals();
+        Ok(FuzzyParameters { inputs, q_position, q_velocity, gamma: self.gamma, adaptation })
+    }
+
+    /// The same for the joints of an arm.
+    pub fn of_joints<'py>(&self, py: Python<'py>, joints: usize) -> PyResult<Py<Self>> {
+        Py::new(py, Self { joints: Some(joints), ..self.clone() })
+    }
+
+    fn joints_or_default(&self) -> usize {
+        self.joints.unwrap_or(DEFAULT_JOINTS)
+    }
+}
+
+/// Refuses parameters that are out of range.
+fn check<const N: usize>(compensator: &PyFuzzyCompensator) -> PyResult<()> {
+    let FuzzyParameters { adaptation, q_position, q_velocity, gamma, .. } =
+        compensator.parameters::<N>()?;
+    adaptation.validate().map_err(value_error)?;
+    non_negative("q", &[q_position, q_velocity].concat()).map_err(value_error)?;
+    if gamma != f64::INFINITY {
+        within("gamma", &[gamma], |g| g > 0.0, "a number > 0, or infinity").map_err(value_error)?;
+    }
+    Ok(())
 }
 
 #[pymethods]
@@ -132,26 +189,24 @@ impl PyFuzzyCompensator {
         normalization: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let basis = basis_of(basis)?;
-        let (_, inputs) = basis.for_arm()?;
-        let gain = gain.map_or(Ok([1.0; JOINTS]), |g| joints(g, "gain"))?;
-        let adaptation = Adaptation {
-            gain,
+        let gain = PerJoint::or(gain, 1.0, "gain")?;
+        let joints = common_joints(basis.joints, [("gain", gain.len())])?;
+        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, joints))?;
+        let joints = joints.or(q.len().map(|entries| entries / 2));
+        let law = Law {
             leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
             error_modification: scalar_or(error_modification, 0.0, "error_modification")?,
             projection_radius: scalar_or(projection_radius, f64::INFINITY, "projection_radius")?,
             dead_zone: scalar_or(dead_zone, 0.0, "dead_zone")?,
             normalization: scalar_or(normalization, 0.0, "normalization")?,
         };
-        adaptation.validate().map_err(value_error)?;
-        let (q_position, q_velocity) = q.map_or(Ok(([10.0; JOINTS], [10.0; JOINTS])), diagonal)?;
-        non_negative("q", &[q_position, q_velocity].concat()).map_err(value_error)?;
         let gamma = scalar_or(gamma, 1.0, "gamma")?;
-        if gamma != f64::INFINITY {
-            within("gamma", &[gamma], |g| g > 0.0, "a number > 0, or infinity")
-                .map_err(value_error)?;
+        let this = Self { basis, joints, gain, q, gamma, law };
+        for_joints!(this.joints_or_default(), check(&this))?;
+        if this.joints.is_some() {
+            this.basis.for_arm(this.joints_or_default())?;
         }
-        let parameters = FuzzyParameters { inputs, q_position, q_velocity, gamma, adaptation };
-        Ok(Self { basis, parameters })
+        Ok(this)
     }
 
     /// The basis ξ.
@@ -160,56 +215,65 @@ impl PyFuzzyCompensator {
         Py::new(py, self.basis.clone())
     }
 
-    /// gain = Γ⁻¹ of each joint, (2,).
+    /// gain = Γ⁻¹ of each joint, (n,).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, self.parameters.adaptation.gain.to_vec())
+        self.gain.array(py, self.joints)
     }
 
     /// γ of (19).
     #[getter]
     fn gamma(&self) -> f64 {
-        self.parameters.gamma
+        self.gamma
     }
 
-    /// Diagonal of Q, (4,): [e₁, e₂, de₁, de₂].
+    /// Diagonal of Q, (2n,): [e₁ … eₙ, de₁ … deₙ].
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, [self.parameters.q_position, self.parameters.q_velocity].concat())
+        self.q.array(py, Some(2 * self.joints_or_default()))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let py = slf.py();
         let this = slf.get();
-        let a = &this.parameters.adaptation;
+        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
+            this.law;
+        // With the joints known, by the basis or by the gain.
+        let gain = match this.joints {
+            Some(joints) => PerJoint::Each(this.gain.values(joints)),
+            None => this.gain.clone(),
+        };
         let arguments = (
             this.basis(py)?,
-            this.q(py),
-            this.gain(py),
-            this.gamma(),
-            a.leak_rate,
-            a.error_modification,
-            a.projection_radius,
-            a.dead_zone,
-            a.normalization,
+            this.q.to_python(py)?,
+            gain.to_python(py)?,
+            this.gamma,
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
         );
         Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
-        let (basis, gain) = (self.basis.__repr__(), self.parameters.adaptation.gain);
-        format!("FuzzyCompensator({basis}, gain={gain:?}, gamma={})", self.parameters.gamma)
+        let Self { basis, gain, gamma, .. } = self;
+        format!("FuzzyCompensator({}, gain={gain:?}, gamma={gamma})", basis.__repr__())
     }
 }
 
-/// Q from a scalar, its diagonal (2 n,), or a diagonal matrix (2 n, 2 n).
-fn diagonal(value: Any<'_, '_>) -> PyResult<([f64; JOINTS], [f64; JOINTS])> {
-    let size = 2 * JOINTS;
+/// Q from a scalar, its diagonal (2n,), or a diagonal matrix (2n, 2n).
+fn diagonal(value: Any<'_, '_>, joints: Option<usize>) -> PyResult<PerJoint> {
     let list = numbers(value, "q")?;
-    let entries = match list.shape[..] {
-        [] => vec![list.values[0]; size],
-        [n] if n == size => list.values,
-        [rows, columns] if rows == size && columns == size => {
+    let fits = |size: usize| match joints {
+        Some(joints) => size == 2 * joints,
+        None => size.is_multiple_of(2) && (1..=MAX_JOINTS).contains(&(size / 2)),
+    };
+    match list.shape[..] {
+        [] => Ok(PerJoint::All(list.values[0])),
+        [size] if fits(size) => Ok(PerJoint::Each(list.values)),
+        [size, columns] if size == columns && fits(size) => {
             let off = |i: usize| i / size != i % size && list.values[i] != 0.0;
             if let Some(i) = (0..size * size).find(|&i| off(i)) {
                 let (row, column, got) = (i / size, i % size, list.values[i]);
@@ -218,17 +282,12 @@ fn diagonal(value: Any<'_, '_>) -> PyResult<([f64; JOINTS], [f64; JOINTS])> {
                 );
                 return Err(PyValueError::new_err(message));
             }
-            (0..size).map(|i| list.values[i * size + i]).collect()
+            Ok(PerJoint::Each((0..size).map(|i| list.values[i * size + i]).collect()))
         }
         _ => {
-            return Err(wrong_shape(
-                "q",
-                &list.shape,
-                &format!("a scalar, ({size},) or ({size}, {size})"),
-            ));
+            let size = joints.map_or("2n".into(), |joints| (2 * joints).to_string());
+            let wanted = format!("a scalar, ({size},) or ({size}, {size})");
+            Err(wrong_shape("q", &list.shape, &wanted))
         }
-    };
-    let (position, velocity) = entries.split_at(JOINTS);
-    let half = |x: &[f64]| std::array::from_fn(|n| x[n]);
-    Ok((half(position), half(velocity)))
+    }
 }

@@ -1,5 +1,6 @@
 //! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and in the package.
 
+mod any_arm;
 mod arm;
 mod basis;
 mod compensator;
@@ -7,16 +8,24 @@ mod convert;
 mod design;
 mod dispatch;
 mod fuzzy;
+mod per_joint;
+mod planted;
 mod riccati;
 mod saving;
+mod serial;
+mod serial_arm;
+mod serial_files;
 mod signals;
 mod simulate;
+mod sources;
+mod tracked;
 mod tracker;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::Error;
+use crate::robot::ReadError;
 
 pyo3::create_exception!(
     steadyarm,
@@ -41,6 +50,11 @@ fn value_error(error: Error) -> PyErr {
     })
 }
 
+/// What is wrong with a robot description as a Python exception.
+fn read_error(error: ReadError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}
+
 #[pymodule]
 #[pyo3(name = "_core")]
 mod core_module {
@@ -56,6 +70,8 @@ mod core_module {
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
+    #[pymodule_export]
+    use super::serial::PySerial;
     #[pymodule_export]
     use super::signals::{PyQuintic, PySines, PyTable};
     #[pymodule_export]

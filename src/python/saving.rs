@@ -7,8 +7,8 @@ use std::path::Path;
 use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 
-/// No state is larger: two matrices of 2^20 rules for two joints, and a header [bytes].
-const MAX_BYTES: u64 = 1 << 26;
+/// No state is larger: two matrices of 2^20 rules for eight joints, and a header [bytes].
+const MAX_BYTES: u64 = (1 << 27) + (1 << 20);
 
 /// Replaces the file by these bytes; what was there stays if that fails.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> PyResult<()> {
@@ -38,6 +38,11 @@ pub(super) fn read(path: &Path) -> PyResult<Vec<u8>> {
         return Err(PyValueError::new_err(message));
     }
     Ok(bytes)
+}
+
+/// Refuses a path that leads nowhere.
+pub(super) fn exists(path: &Path) -> PyResult<()> {
+    fs::metadata(path).map(drop).map_err(|error| os_error(&error, path))
 }
 
 /// `OSError` with number, text and path: Python picks the class, such as `FileNotFoundError`.

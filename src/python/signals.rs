@@ -1,32 +1,127 @@
-//! References and disturbances: built-in signals, or any Python callable.
-
-use std::sync::Mutex;
+//! `Sines`, `Quintic` and `Table`: motions and disturbances of any joint count.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::convert::{
-    Array1, array1, finite_scalar, joints, matrix_of, numbers, renamed, scalar, type_name, vector,
-    wrong_shape,
-};
-use super::dispatch::{JOINTS, JointVector};
+use super::convert::{finite_scalar, matrix_of, numbers, renamed, scalar, scalar_or, wrong_shape};
+use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::per_joint::{PerJoint, common_joints};
+use super::sources::{Motion, Signal, Triple};
 use super::value_error;
-use crate::plant::Disturbance;
-use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
+use crate::reference::{Harmonic, Quintic, Sines, Table};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
-type Amplitudes = Vec<[f64; JOINTS]>;
-type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
+type Arguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a disturbance [N·m].
 ///
-/// frequency [rad/s]: (K,), with sin and cos (K, 2); or a scalar, with sin and cos scalar or (2,). offset: scalar or
-/// (2,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// frequency [rad/s]: (K,), with sin and cos (K, n); or a scalar, with sin and cos scalar or (n,). offset: scalar or
+/// (n,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Sines", module = "steadyarm", frozen)]
-#[derive(Clone)]
 pub(super) struct PySines {
-    sines: Sines<JOINTS, Vec<Harmonic<JOINTS>>>,
-    arguments: (Vec<f64>, Amplitudes, Amplitudes, [f64; JOINTS]),
+    pub joints: Option<usize>,
+    pub signal: Box<dyn Signal>,
+    arguments: SinesArguments,
+}
+
+struct SinesArguments {
+    /// (K,) or one.
+    frequency: PerJoint,
+    sin: Amplitudes,
+    cos: Amplitudes,
+    offset: PerJoint,
+}
+
+/// Amplitudes of K harmonics.
+enum Amplitudes {
+    /// The same for all: none, or those of a single frequency.
+    Same(PerJoint),
+    /// (K, n), row-major, and n.
+    Rows(Vec<f64>, usize),
+}
+
+impl Amplitudes {
+    fn new(value: Option<Any<'_, '_>>, name: &str, frequency: &PerJoint) -> PyResult<Self> {
+        let Some(value) = value else { return Ok(Self::Same(PerJoint::All(0.0))) };
+        let PerJoint::Each(frequencies) = frequency else {
+            return Ok(Self::Same(PerJoint::new(value, name)?));
+        };
+        let shape = numbers(value, name)?.shape;
+        match shape[..] {
+            [rows, columns @ 1..=MAX_JOINTS] if rows == frequencies.len() => {
+                Ok(Self::Rows(matrix_of(value, name, rows, columns)?, columns))
+            }
+            _ => {
+                let rows = frequencies.len();
+                Err(wrong_shape(
+                    name,
+                    &shape,
+                    &format!("({rows}, n) with n from 1 to {MAX_JOINTS}"),
+                ))
+            }
+        }
+    }
+
+    fn joints(&self) -> Option<usize> {
+        match self {
+            Self::Same(values) => values.len(),
+            Self::Rows(_, joints) => Some(*joints),
+        }
+    }
+
+    /// The values of a harmonic.
+    fn row(&self, k: usize) -> PerJoint {
+        match self {
+            Self::Same(values) => values.clone(),
+            Self::Rows(values, joints) => {
+                PerJoint::Each(values[k * joints..(k + 1) * joints].to_vec())
+            }
+        }
+    }
+
+    fn to_python<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Self::Same(PerJoint::All(0.0)) => Ok(py.None().into_bound(py)),
+            Self::Same(values) => values.to_python(py),
+            Self::Rows(values, joints) => {
+                let rows: Vec<Vec<f64>> = values.chunks_exact(*joints).map(Vec::from).collect();
+                rows.into_pyobject(py)
+            }
+        }
+    }
+}
+
+impl core::fmt::Debug for Amplitudes {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Same(values) => values.fmt(f),
+            Self::Rows(values, joints) => {
+                f.debug_list().entries(values.chunks_exact(*joints)).finish()
+            }
+        }
+    }
+}
+
+fn sines<const N: usize>(arguments: &SinesArguments) -> PyResult<Motion<N>> {
+    let SinesArguments { frequency, sin, cos, offset } = arguments;
+    let harmonics = frequency.values(1).into_iter().enumerate().map(|(k, frequency)| {
+        Ok(Harmonic { frequency, sin: sin.row(k).each("sin")?, cos: cos.row(k).each("cos")? })
+    });
+    let harmonics = harmonics.collect::<PyResult<Vec<_>>>()?;
+    let argument = |name: &'static str| name.strip_prefix("harmonics.").unwrap_or(name);
+    let sines = Sines::new(offset.each("offset")?, harmonics);
+    sines.map(Motion::Sines).map_err(|error| value_error(renamed(error, argument)))
+}
+
+fn sines_signal<const N: usize>(arguments: &SinesArguments) -> PyResult<Box<dyn Signal>> {
+    Ok(Box::new(sines::<N>(arguments)?))
+}
+
+impl PySines {
+    /// For an arm.
+    pub fn motion<const N: usize>(&self) -> PyResult<Motion<N>> {
+        sines(&self.arguments)
+    }
 }
 
 #[pymethods]
@@ -40,50 +135,70 @@ impl PySines {
         offset: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let frequencies = numbers(frequency, "frequency")?;
-        if frequencies.shape.len() > 1 {
-            return Err(wrong_shape("frequency", &frequencies.shape, "a scalar or (K,)"));
-        }
-        let count = frequencies.values.len();
-        let amplitudes = |value: Option<Any<'_, '_>>, name| -> PyResult<Amplitudes> {
-            let Some(value) = value else { return Ok(vec![[0.0; JOINTS]; count]) };
-            if frequencies.shape.is_empty() {
-                return Ok(vec![joints(value, name)?]);
-            }
-            Ok(matrix_of(value, name, count, JOINTS)?.as_chunks().0.to_vec())
+        let frequency = match frequencies.shape[..] {
+            [] => PerJoint::All(frequencies.values[0]),
+            [_] => PerJoint::Each(frequencies.values),
+            _ => return Err(wrong_shape("frequency", &frequencies.shape, "a scalar or (K,)")),
         };
-        let (sin, cos) = (amplitudes(sin, "sin")?, amplitudes(cos, "cos")?);
-        let offset = offset.map_or(Ok([0.0; JOINTS]), |o| joints(o, "offset"))?;
-        let harmonics = (0..count)
-            .map(|k| Harmonic { frequency: frequencies.values[k], sin: sin[k], cos: cos[k] })
-            .collect();
-        let argument = |name: &'static str| name.strip_prefix("harmonics.").unwrap_or(name);
-        let sines = Sines::new(offset, harmonics).map_err(|e| value_error(renamed(e, argument)))?;
-        Ok(Self { sines, arguments: (frequencies.values, sin, cos, offset) })
+        let sin = Amplitudes::new(sin, "sin", &frequency)?;
+        let cos = Amplitudes::new(cos, "cos", &frequency)?;
+        let offset = PerJoint::or(offset, 0.0, "offset")?;
+        let known = [("sin", sin.joints()), ("cos", cos.joints()), ("offset", offset.len())];
+        let joints = common_joints(None, known)?;
+        let arguments = SinesArguments { frequency, sin, cos, offset };
+        let count = joints.unwrap_or(DEFAULT_JOINTS);
+        Ok(Self { joints, signal: for_joints!(count, sines_signal(&arguments))?, arguments })
     }
 
     fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
-        Ok(triple(py, &self.sines.at(finite_scalar(t, "t")?)))
+        Ok(self.signal.at_time(py, finite_scalar(t, "t")?))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let arguments = slf.get().arguments.clone().into_pyobject(slf.py())?;
-        Ok((slf.get_type().into_any(), arguments.into_any()))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Arguments<'py>> {
+        let (py, SinesArguments { frequency, sin, cos, offset }) = (slf.py(), &slf.get().arguments);
+        let (sin, cos) = (sin.to_python(py)?, cos.to_python(py)?);
+        let arguments = (frequency.to_python(py)?, sin, cos, offset.to_python(py)?);
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
-        let (frequency, sin, cos, offset) = &self.arguments;
+        let SinesArguments { frequency, sin, cos, offset } = &self.arguments;
         format!("Sines(frequency={frequency:?}, sin={sin:?}, cos={cos:?}, offset={offset:?})")
     }
 }
 
 /// From start to goal [rad] along the quintic of least jerk, in `duration` [s] from `start_time` [s] on.
 ///
-/// start, goal: scalar or (2,). It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// start, goal: scalar or (n,). It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Quintic", module = "steadyarm", frozen)]
-#[derive(Clone)]
 pub(super) struct PyQuintic {
-    quintic: Quintic<JOINTS>,
-    arguments: ([f64; JOINTS], [f64; JOINTS], f64, f64),
+    pub joints: Option<usize>,
+    pub signal: Box<dyn Signal>,
+    arguments: QuinticArguments,
+}
+
+struct QuinticArguments {
+    start: PerJoint,
+    goal: PerJoint,
+    duration: f64,
+    start_time: f64,
+}
+
+fn quintic<const N: usize>(arguments: &QuinticArguments) -> PyResult<Motion<N>> {
+    let QuinticArguments { start, goal, duration, start_time } = arguments;
+    let (start, goal) = (start.each("start")?, goal.each("goal")?);
+    Quintic::new(start, goal, *start_time, *duration).map(Motion::Quintic).map_err(value_error)
+}
+
+fn quintic_signal<const N: usize>(arguments: &QuinticArguments) -> PyResult<Box<dyn Signal>> {
+    Ok(Box::new(quintic::<N>(arguments)?))
+}
+
+impl PyQuintic {
+    /// For an arm.
+    pub fn motion<const N: usize>(&self) -> PyResult<Motion<N>> {
+        quintic(&self.arguments)
+    }
 }
 
 #[pymethods]
@@ -96,24 +211,28 @@ impl PyQuintic {
         duration: Any<'_, '_>,
         start_time: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let (start, goal) = (joints(start, "start")?, joints(goal, "goal")?);
+        let (start, goal) = (PerJoint::new(start, "start")?, PerJoint::new(goal, "goal")?);
+        let joints = common_joints(None, [("start", start.len()), ("goal", goal.len())])?;
         let duration = scalar(duration, "duration")?;
-        let start_time = start_time.map_or(Ok(0.0), |t| scalar(t, "start_time"))?;
-        let quintic = Quintic::new(start, goal, start_time, duration).map_err(value_error)?;
-        Ok(Self { quintic, arguments: (start, goal, duration, start_time) })
+        let start_time = scalar_or(start_time, 0.0, "start_time")?;
+        let arguments = QuinticArguments { start, goal, duration, start_time };
+        let count = joints.unwrap_or(DEFAULT_JOINTS);
+        Ok(Self { joints, signal: for_joints!(count, quintic_signal(&arguments))?, arguments })
     }
 
     fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
-        Ok(triple(py, &self.quintic.at(finite_scalar(t, "t")?)))
+        Ok(self.signal.at_time(py, finite_scalar(t, "t")?))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let arguments = slf.get().arguments.into_pyobject(slf.py())?;
-        Ok((slf.get_type().into_any(), arguments.into_any()))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Arguments<'py>> {
+        let (py, arguments) = (slf.py(), &slf.get().arguments);
+        let QuinticArguments { start, goal, duration, start_time } = arguments;
+        let arguments = (start.to_python(py)?, goal.to_python(py)?, *duration, *start_time);
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
-        let (start, goal, duration, start_time) = self.arguments;
+        let QuinticArguments { start, goal, duration, start_time } = &self.arguments;
         format!(
             "Quintic(start={start:?}, goal={goal:?}, duration={duration}, start_time={start_time})"
         )
@@ -122,12 +241,28 @@ impl PyQuintic {
 
 /// A sampled motion, interpolated with continuous acceleration.
 ///
-/// t (T,) [s], increasing; q (T, 2) [rad]; dq [rad/s] and ddq [rad/s²] (T, 2), both or neither: they then come from
+/// t (T,) [s], increasing; q (T, n) [rad]; dq [rad/s] and ddq [rad/s²] (T, n), both or neither: they then come from
 /// q. It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Table", module = "steadyarm", frozen)]
-#[derive(Clone)]
 pub(super) struct PyTable {
-    table: Table<JOINTS, Vec<f64>>,
+    pub joints: usize,
+    pub signal: Box<dyn Signal>,
+}
+
+/// Columns of a table; q̇ and q̈ together, if at all.
+struct Columns {
+    t: Vec<f64>,
+    q: Vec<f64>,
+    rates: Option<[Vec<f64>; 2]>,
+}
+
+fn table_signal<const N: usize>(columns: Columns) -> PyResult<Box<dyn Signal>> {
+    let table: Table<N, Vec<f64>> = match columns {
+        Columns { t, q, rates: None } => Table::from_positions(&t, &q),
+        Columns { t, q, rates: Some([dq, ddq]) } => Table::new(t, q, dq, ddq),
+    }
+    .map_err(value_error)?;
+    Ok(Box::new(Motion::Table(table)))
 }
 
 #[pymethods]
@@ -144,186 +279,43 @@ impl PyTable {
         if times.shape.len() != 1 {
             return Err(wrong_shape("t", &times.shape, "(T,)"));
         }
-        let rows = |value, name| matrix_of(value, name, times.values.len(), JOINTS);
-        let q = rows(q, "q")?;
-        let table = match (dq, ddq) {
-            (None, None) => Table::from_positions(&times.values, &q),
-            (Some(dq), Some(ddq)) => {
-                Table::new(times.values.clone(), q, rows(dq, "dq")?, rows(ddq, "ddq")?)
+        let (samples, shape) = (times.values.len(), numbers(q, "q")?.shape);
+        let joints = match shape[..] {
+            [rows, joints @ 1..=MAX_JOINTS] if rows == samples => joints,
+            _ => {
+                let wanted = format!("({samples}, n) with n from 1 to {MAX_JOINTS}");
+                return Err(wrong_shape("q", &shape, &wanted));
             }
+        };
+        let rows = |value, name| matrix_of(value, name, samples, joints);
+        let q = rows(q, "q")?;
+        let rates = match (dq, ddq) {
+            (None, None) => None,
+            (Some(dq), Some(ddq)) => Some([rows(dq, "dq")?, rows(ddq, "ddq")?]),
             _ => {
                 let message =
                     "dq, ddq: got one of them, wants both or neither (then they come from q)";
                 return Err(PyTypeError::new_err(message));
             }
         };
-        Ok(Self { table: table.map_err(value_error)? })
+        let columns = Columns { t: times.values, q, rates };
+        Ok(Self { joints, signal: for_joints!(joints, table_signal(columns))? })
     }
 
     fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
-        Ok(triple(py, &self.table.at(finite_scalar(t, "t")?)))
+        Ok(self.signal.at_time(py, finite_scalar(t, "t")?))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let [t, q, dq, ddq] = slf.get().table.columns();
-        let pairs = |x: &[f64]| x.as_chunks::<JOINTS>().0.to_vec();
-        let arguments = (t.to_vec(), pairs(q), pairs(dq), pairs(ddq)).into_pyobject(slf.py())?;
-        Ok((slf.get_type().into_any(), arguments.into_any()))
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<Arguments<'py>> {
+        let Self { joints, signal } = slf.get();
+        let rows =
+            |x: &[f64]| -> Vec<Vec<f64>> { x.chunks_exact(*joints).map(Vec::from).collect() };
+        let arguments =
+            signal.columns().map(|[t, q, dq, ddq]| (t.to_vec(), rows(q), rows(dq), rows(ddq)));
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?.into_any()))
     }
 
     fn __repr__(&self) -> String {
-        format!("Table({} samples)", self.table.columns()[0].len())
-    }
-}
-
-fn triple<'py>(py: Python<'py>, setpoint: &Setpoint<JOINTS>) -> Triple<'py> {
-    let array = |x: &JointVector| array1(py, x.as_slice());
-    (array(&setpoint.q), array(&setpoint.dq), array(&setpoint.ddq))
-}
-
-/// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
-pub(super) struct Callback {
-    function: Py<PyAny>,
-    raised: Mutex<Option<PyErr>>,
-}
-
-impl Callback {
-    fn new(function: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
-        if !function.is_callable() {
-            let got = type_name(function);
-            let message =
-                format!("{name}: got {got}, wants Sines, Quintic, Table or a callable {call}");
-            return Err(PyTypeError::new_err(message));
-        }
-        Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
-    }
-
-    /// What the function raised, if it did.
-    pub fn raised(&self) -> Option<PyErr> {
-        self.raised.lock().ok()?.take()
-    }
-
-    /// Calls the function, unless it raised before: the integrator's remaining stages ask once more.
-    fn call<T>(&self, failed: T, body: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>) -> T {
-        if self.raised.lock().is_ok_and(|raised| raised.is_some()) {
-            return failed;
-        }
-        Python::attach(|py| match body(self.function.bind(py)) {
-            Ok(value) => value,
-            Err(error) => {
-                if let Ok(mut raised) = self.raised.lock() {
-                    raised.get_or_insert(error);
-                }
-                failed
-            }
-        })
-    }
-}
-
-/// What a reference or a disturbance is made from.
-enum Source {
-    Sines(Sines<JOINTS, Vec<Harmonic<JOINTS>>>),
-    Quintic(Quintic<JOINTS>),
-    Table(Table<JOINTS, Vec<f64>>),
-    Callback(Callback),
-}
-
-impl Source {
-    /// `name` and `call` are for the message to a user who gave something else.
-    fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
-        if let Ok(sines) = value.cast::<PySines>() {
-            Ok(Self::Sines(sines.get().sines.clone()))
-        } else if let Ok(quintic) = value.cast::<PyQuintic>() {
-            Ok(Self::Quintic(quintic.get().quintic))
-        } else if let Ok(table) = value.cast::<PyTable>() {
-            Ok(Self::Table(table.get().table.clone()))
-        } else {
-            Ok(Self::Callback(Callback::new(value, name, call)?))
-        }
-    }
-
-    fn callback(&self) -> Option<&Callback> {
-        if let Self::Callback(callback) = self { Some(callback) } else { None }
-    }
-}
-
-/// Any reference.
-pub(super) struct AnyReference(Source);
-
-impl AnyReference {
-    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
-        Source::new(value, "reference", "t -> (q_d, dq_d, ddq_d)").map(Self)
-    }
-
-    pub fn callback(&self) -> Option<&Callback> {
-        self.0.callback()
-    }
-}
-
-impl Reference<JOINTS> for AnyReference {
-    #[inline]
-    fn at(&self, t: f64) -> Setpoint<JOINTS> {
-        match &self.0 {
-            Source::Sines(sines) => sines.at(t),
-            Source::Quintic(quintic) => quintic.at(t),
-            Source::Table(table) => table.at(t),
-            Source::Callback(callback) => callback
-                .call(Setpoint::at_rest(JointVector::repeat(f64::NAN)), |function| {
-                    setpoint(&function.call1((t,))?)
-                }),
-        }
-    }
-}
-
-fn setpoint(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<JOINTS>> {
-    let wanted = "reference: wants (q_d, dq_d, ddq_d)";
-    let length = value.len().map_err(|_| {
-        PyTypeError::new_err(format!("{wanted}, got {} from the callable", type_name(value)))
-    })?;
-    if length != 3 {
-        let message = format!("{wanted}, got {length} entries from the callable");
-        return Err(PyTypeError::new_err(message));
-    }
-    Ok(Setpoint {
-        q: vector(&value.get_item(0)?, "reference: q_d")?,
-        dq: vector(&value.get_item(1)?, "reference: dq_d")?,
-        ddq: vector(&value.get_item(2)?, "reference: ddq_d")?,
-    })
-}
-
-/// Any disturbance, or none.
-pub(super) struct AnyDisturbance(Option<Source>);
-
-impl AnyDisturbance {
-    pub const NONE: Self = Self(None);
-
-    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::NONE);
-        }
-        Source::new(value, "disturbance", "(q, dq, t) -> tau_d").map(|source| Self(Some(source)))
-    }
-
-    pub fn callback(&self) -> Option<&Callback> {
-        self.0.as_ref()?.callback()
-    }
-}
-
-impl Disturbance<JOINTS> for AnyDisturbance {
-    #[inline]
-    fn torque(&self, q: &JointVector, dq: &JointVector, t: f64) -> JointVector {
-        match &self.0 {
-            None => JointVector::zeros(),
-            Some(Source::Sines(sines)) => sines.value(t),
-            Some(Source::Quintic(quintic)) => quintic.at(t).q,
-            Some(Source::Table(table)) => table.at(t).q,
-            Some(Source::Callback(callback)) => {
-                callback.call(JointVector::repeat(f64::NAN), |function| {
-                    let py = function.py();
-                    let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
-                    vector(&function.call1((q, dq, t))?, "disturbance")
-                })
-            }
-        }
+        format!("Table({} samples)", self.signal.columns().map_or(0, |columns| columns[0].len()))
     }
 }

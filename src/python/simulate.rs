@@ -1,27 +1,27 @@
 //! `Plant` and the simulation call.
 
 use core::ops::ControlFlow;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arm::PyTwoLink;
-use super::compensator::weights_of;
+use super::any_arm::joints_of;
+use super::compensator::{AnyState, weights_of};
 use super::convert::{
-    Array1, array1, count, finite_scalar, finite_vector, joints, matrix_of, numbers, owned1,
-    owned2, scalar, type_name, word, wrong_shape,
+    Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, type_name,
+    word, wrong_shape,
 };
-use super::dispatch::JOINTS;
-use super::signals::{AnyDisturbance, AnyReference, Callback};
+use super::dispatch::for_joints;
+use super::planted::{Plant, Planted, planted};
+use super::sources::{AnyReference, Callback};
+use super::tracked::Controller;
 use super::tracker::PyComputedTorque;
 use super::value_error;
-use crate::arm::TwoLink;
-use crate::error::{Error, finite, positive};
-use crate::plant::Plant;
-use crate::sim::{self, Method, Motion, Options, Run, Status, Tolerance, Window};
+use crate::control::State;
+use crate::error::{Error, positive};
+use crate::sim::{self, Certificate, Method, Options, Run, Status, Tolerance, Window};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -30,11 +30,11 @@ const CHECK_EVERY: Duration = Duration::from_millis(20);
 
 /// What is really there: M q̈ + H + τ_d = τ (eq. 6), τ limited by the actuators.
 ///
-/// arm: TwoLink. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable (q, dq, t) -> (2,).
-/// effort_limit [N·m]: scalar or (2,); none by default.
+/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable
+/// (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
 #[pyclass(name = "Plant", module = "steadyarm", frozen)]
 pub(super) struct PyPlant {
-    plant: Plant<JOINTS, TwoLink, AnyDisturbance>,
+    planted: Box<dyn Planted>,
     arguments: Py<PyAny>,
 }
 
@@ -48,24 +48,16 @@ impl PyPlant {
         disturbance: Option<Any<'_, '_>>,
         effort_limit: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let given = (arm, disturbance);
-        let arm = arm.cast::<PyTwoLink>().map_err(|_| {
-            PyTypeError::new_err(format!("arm: got {}, wants a TwoLink", type_name(arm)))
-        })?;
-        let disturbance = disturbance.map_or(Ok(AnyDisturbance::NONE), AnyDisturbance::new)?;
-        let mut plant = Plant::new(arm.get().arm, disturbance);
-        if let Some(limit) = effort_limit {
-            plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
-        }
-        let arguments = (given.0, given.1, *plant.effort_limit());
+        let planted = for_joints!(joints_of(arm)?, planted(arm, disturbance, effort_limit))?;
+        let arguments = (arm, disturbance, planted.effort_limit().to_vec());
         let arguments = arguments.into_pyobject(py)?.into_any().unbind();
-        Ok(Self { plant, arguments })
+        Ok(Self { planted, arguments })
     }
 
     /// The arm that is really there.
     #[getter]
-    fn arm(&self, py: Python<'_>) -> PyResult<Py<PyTwoLink>> {
-        Py::new(py, PyTwoLink { arm: self.plant.arm })
+    fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.arguments.bind(py).get_item(0)
     }
 
     /// τ_d as it was given.
@@ -74,10 +66,10 @@ impl PyPlant {
         self.arguments.bind(py).get_item(1)
     }
 
-    /// Largest torque of each actuator [N·m], (2,); inf without a limit.
+    /// Largest torque of each actuator [N·m], (n,); inf without a limit.
     #[getter]
     fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        array1(py, self.plant.effort_limit())
+        array1(py, self.planted.effort_limit())
     }
 
     /// Move on by dt [s] from time t [s] under the held torque tau [N·m] (one step of RK4): (q, dq) at t + dt.
@@ -90,17 +82,7 @@ impl PyPlant {
         t: Any<'_, 'py>,
         dt: Any<'_, 'py>,
     ) -> PyResult<(Array1<'py>, Array1<'py>)> {
-        let motion = Motion { q: finite_vector(q, "q")?, dq: finite_vector(dq, "dq")? };
-        let (tau, t) = (finite_vector(tau, "tau")?, finite_scalar(t, "t")?);
-        let dt = scalar(dt, "dt")?;
-        positive("dt", &[dt]).map_err(value_error)?;
-        let next = sim::hold_torque(&self.plant, &motion, &tau, t, dt);
-        if let Some(error) = self.plant.disturbance.callback().and_then(Callback::raised) {
-            return Err(error);
-        }
-        let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
-        finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
-        Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
+        self.planted.step(py, [q, dq, tau], t, dt)
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
@@ -115,7 +97,7 @@ impl PyPlant {
 }
 
 /// Looks for Ctrl-C and shows progress, now and then.
-struct Monitor {
+pub(super) struct Monitor {
     checked: Instant,
     progress: Option<Py<PyAny>>,
     raised: Option<PyErr>,
@@ -140,6 +122,28 @@ impl Monitor {
                 ControlFlow::Break(())
             }
         }
+    }
+}
+
+/// Arguments of a simulation that are the same for any joint count, and the start that is not.
+pub(super) struct Settings<'a, 'py> {
+    duration: f64,
+    dt: f64,
+    method: Method,
+    control_period: Option<f64>,
+    record_every: usize,
+    q0: Option<Any<'a, 'py>>,
+    dq0: Option<Any<'a, 'py>>,
+}
+
+impl Settings<'_, '_> {
+    fn options<const N: usize>(&self) -> PyResult<Options<N>> {
+        let Self { duration, dt, method, control_period, record_every, q0, dq0 } = *self;
+        let start = |value: Option<Any<'_, '_>>, name| {
+            value.map_or(Ok([0.0; N]), |value| joints(value, name))
+        };
+        let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
+        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every })
     }
 }
 
@@ -170,30 +174,44 @@ pub(super) fn simulate<'py>(
         _ => Method::Dp54(tolerance),
     };
     let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
-    let control_period =
-        control_period.map(|period| scalar(period, "control_period")).transpose()?;
+    let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
     let record_every = count(record_every, "record_every")?;
-    let start =
-        |value: Option<Any<'_, '_>>, name| value.map_or(Ok([0.0; JOINTS]), |v| joints(v, name));
-    let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
-    let options = Options { duration, dt, method, control_period, q0, dq0, record_every };
+    let settings = Settings { duration, dt, method, control_period, record_every, q0, dq0 };
     let plant = plant.cast::<PyPlant>().map_err(|_| {
         PyTypeError::new_err(format!("plant: got {}, wants a Plant", type_name(plant)))
     })?;
-    let plant = &plant.get().plant;
     let tracker = tracker.cast::<PyComputedTorque>().map_err(|_| {
         PyTypeError::new_err(format!("tracker: got {}, wants a ComputedTorque", type_name(tracker)))
     })?;
-    let reference = AnyReference::new(reference)?;
-    let (controller, mut state) = {
+    let twin = {
         let tracker = tracker.try_borrow().map_err(|_| {
             PyRuntimeError::new_err("tracker: it is in the middle of a step, wants one that is not")
         })?;
-        (Arc::clone(&tracker.controller), tracker.state.clone())
+        tracker.tracked.twin()
     };
-    let mut monitor = Monitor { checked: Instant::now(), progress, raised: None };
+    let monitor = Monitor { checked: Instant::now(), progress, raised: None };
+    twin.simulate(py, &*plant.get().planted, reference, settings, monitor)
+}
+
+/// The part of [`simulate`] that knows the joint count. `state` ends as the run left it.
+pub(super) fn simulated<'py, const N: usize>(
+    py: Python<'py>,
+    plant: &dyn Planted,
+    controller: &Controller<N>,
+    state: &mut State<N, AnyState<N>>,
+    reference: Any<'_, 'py>,
+    settings: Settings<'_, 'py>,
+    mut monitor: Monitor,
+) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
+    let joints = plant.joints();
+    let plant = plant.as_any().downcast_ref::<Plant<N>>().ok_or_else(|| {
+        let message = format!("plant: got one of {joints} joints, wants {N}, as the tracker has");
+        PyValueError::new_err(message)
+    })?;
+    let options = settings.options()?;
+    let reference = AnyReference::new(reference)?;
     let run = py.detach(|| {
-        sim::simulate(plant, &*controller, &mut state, &reference, &options, |t| monitor.look(t))
+        sim::simulate(plant, controller, state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
     let callbacks = [reference.callback(), plant.disturbance.callback()];
@@ -206,41 +224,40 @@ pub(super) fn simulate<'py>(
         }
         other => other,
     };
-    let weights = weights_of(py, &controller.compensator, &state.compensator)?;
     let record = record(py, run)?;
+    let weights = weights_of(&controller.compensator, &state.compensator).map_err(value_error)?;
+    let rows = |w: Vec<f64>| (w.len() / N, w);
+    let weights = weights.map(rows).map(|(columns, w)| owned2(py, w, columns)).transpose()?;
     record.set_item("weights", weights)?;
     Ok((record, raised))
 }
 
-fn ended(run: &Run<JOINTS>) -> f64 {
+fn ended<const N: usize>(run: &Run<N>) -> f64 {
     match run.status {
         Status::Finished => run.t.last().copied().unwrap_or(0.0),
         Status::Interrupted { t } | Status::Diverged { t, .. } => t,
     }
 }
 
-fn record<'py>(py: Python<'py>, run: Run<JOINTS>) -> PyResult<Bound<'py, PyDict>> {
-    let dict = PyDict::new(py);
+/// A run without its joint count.
+struct Record {
+    joints: usize,
+    status: (&'static str, f64, String),
+    certificate: Option<Certificate>,
+    t: Vec<f64>,
+    /// Row-major.
+    matrices: [(&'static str, Vec<f64>); 12],
+    vectors: [(&'static str, Vec<f64>); 2],
+}
+
+fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'py, PyDict>> {
     let (kind, reason) = match run.status {
         Status::Finished => ("finished", String::new()),
         Status::Interrupted { .. } => ("interrupted", "it was stopped from the keyboard".into()),
         Status::Diverged { cause, .. } => ("diverged", cause.to_string()),
     };
-    dict.set_item("status", (kind, ended(&run), reason))?;
-    if let Some(c) = run.certificate {
-        let figures = PyDict::new(py);
-        figures.set_item("residual", c.residual())?;
-        figures.set_item("v_start", c.v_start)?;
-        figures.set_item("v_end", c.v_end)?;
-        figures.set_item("supplied", c.supplied)?;
-        figures.set_item("state_cost", c.state_cost)?;
-        figures.set_item("uncertainty", c.uncertainty)?;
-        dict.set_item("certificate", figures)?;
-    } else {
-        dict.set_item("certificate", py.None())?;
-    }
-    dict.set_item("t", owned1(py, run.t))?;
-    for (name, rows) in [
+    let status = (kind, ended(&run), reason);
+    let matrices = [
         ("q", run.q),
         ("dq", run.dq),
         ("q_d", run.q_d),
@@ -253,14 +270,39 @@ fn record<'py>(py: Python<'py>, run: Run<JOINTS>) -> PyResult<Bound<'py, PyDict>
         ("tau_compensation", run.tau_compensation),
         ("rho", run.rho),
         ("rho_hat", run.rho_hat),
-    ] {
-        dict.set_item(name, owned2(py, rows.into_flattened(), JOINTS)?)?;
+    ];
+    let matrices = matrices.map(|(name, rows)| (name, rows.into_flattened()));
+    let vectors = [("weights_norm", run.weights_norm), ("V", run.v)];
+    let (t, certificate) = (run.t, run.certificate);
+    Record { joints: N, status, certificate, t, matrices, vectors }.into_dict(py)
+}
+
+impl Record {
+    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+        let dict = PyDict::new(py);
+        dict.set_item("status", self.status)?;
+        if let Some(c) = self.certificate {
+            let figures = PyDict::new(py);
+            figures.set_item("residual", c.residual())?;
+            figures.set_item("v_start", c.v_start)?;
+            figures.set_item("v_end", c.v_end)?;
+            figures.set_item("supplied", c.supplied)?;
+            figures.set_item("state_cost", c.state_cost)?;
+            figures.set_item("uncertainty", c.uncertainty)?;
+            dict.set_item("certificate", figures)?;
+        } else {
+            dict.set_item("certificate", py.None())?;
+        }
+        dict.set_item("t", owned1(py, self.t))?;
+        for (name, values) in self.matrices {
+            dict.set_item(name, owned2(py, values, self.joints)?)?;
+        }
+        for (name, values) in self.vectors {
+            let values = if values.is_empty() { None } else { Some(owned1(py, values)) };
+            dict.set_item(name, values)?;
+        }
+        Ok(dict)
     }
-    for (name, values) in [("weights_norm", run.weights_norm), ("V", run.v)] {
-        let values = if values.is_empty() { None } else { Some(owned1(py, values)) };
-        dict.set_item(name, values)?;
-    }
-    Ok(dict)
 }
 
 /// The figures of every joint over a window, as a dict of lists.
@@ -280,16 +322,21 @@ pub(super) fn metrics<'py>(
     let band = scalar(band, "band")?;
     positive("band", &[band]).map_err(value_error)?;
     let t = numbers(t, "t")?.values;
-    let rows = |value, name| matrix_of(value, name, t.len(), JOINTS);
-    let (e, tau) = (rows(e, "e")?, rows(tau, "tau")?);
+    let (rows, joints, e) = matrix(e, "e", "(T, n)")?;
+    if rows != t.len() {
+        return Err(wrong_shape("e", &[rows, joints], &format!("({}, n)", t.len())));
+    }
+    let tau = matrix_of(tau, "tau", rows, joints)?;
     let recorded = t.first().zip(t.last()).filter(|&(first, last)| from <= *last && to >= *first);
     if recorded.is_none() || from > to || from.is_nan() || to.is_nan() {
         return Err(no_sample(from, to, &t));
     }
-    let (e, tau) = (e.as_chunks::<JOINTS>().0, tau.as_chunks::<JOINTS>().0);
     let window = Window { from, to, band };
-    let joints = (0..JOINTS)
-        .map(|n| sim::metrics(n, &t, e, tau, window))
+    let column = |values: &[f64], n: usize| -> Vec<[f64; 1]> {
+        values.chunks_exact(joints).map(|row| [row[n]]).collect()
+    };
+    let joints = (0..joints)
+        .map(|n| sim::metrics(0, &t, &column(&e, n), &column(&tau, n), window))
         .collect::<Result<Vec<_>, Error>>()
         .map_err(|_| no_sample(from, to, &t))?;
     let dict = PyDict::new(py);

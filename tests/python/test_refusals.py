@@ -122,6 +122,9 @@ VECTORS = [
     (step, ("q", "dq", "q_d", "dq_d", "ddq_d"), ""),
     (move, ("q", "dq", "tau"), ""),
 ]
+OF_ANY_ARM = (compensator, quintic, sines)
+"""What is built without an arm, and may be for one of other joints."""
+
 EACH_VECTOR = [
     pytest.param(call, name, wanted, id=f"{call.__name__}-{name}")
     for call, names, wanted in VECTORS
@@ -168,10 +171,14 @@ SHAPES |= {"weights": (2, 5), "q": (2, 2), "sin": (2, 2), "cos": (2, 2)}
 
 @pytest.mark.parametrize(("call", "name", "wanted"), EACH_VECTOR)
 def test_vector_of_wrong_shape_is_refused(call: Any, name: str, wanted: str) -> None:
-    for shape in [(1,), (3,), (0,), (2, 1), (1, 2), (2, 2)]:
-        got = re.escape(f"{name}: got shape {shape}".replace(" ", " "))
+    shapes: list[tuple[int, ...]] = [(1,), (3,), (0,), (2, 1), (1, 2), (2, 2)]
+    joints = r"\(2,\)"
+    if call in OF_ANY_ARM:
+        shapes, joints = [*shapes[2:], (9,)], r"\(n,\) with n from 1 to 8"
+    for shape in shapes:
+        got = re.escape(f"{name}: got shape {shape}")
         refused(
-            ValueError, rf"{got}, wants {wanted}\(2,\)", lambda s=shape: call(**{name: np.ones(s)})
+            ValueError, f"{got}, wants {wanted}{joints}", lambda s=shape: call(**{name: np.ones(s)})
         )
 
 
@@ -291,8 +298,8 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, r"centers\[1\]: got NaN, wants a finite number", lambda: sets(centers=(0, NAN))),
     (
         ValueError,
-        r"centers: got 2 lists, wants one list, or one",
-        lambda: compensator(basis=sets(centers=[[1], [2]])),
+        r"centers: got 3 lists, wants one list, or one",
+        lambda: compensator(basis=sets(centers=[[1], [2], [3]]), gain=(1, 1)),
     ),
     (ValueError, r"sets: got 513, wants at most 512", lambda: sets(centers=range(513))),
     (ValueError, r"width: got 0, wants widths > 0", lambda: sets(width=0)),
@@ -321,7 +328,11 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (TypeError, r"basis: got int, wants a FuzzyBasis", lambda: compensator(basis=3)),
     (ValueError, r"q\[0\]: got -1, wants a number >= 0", lambda: compensator(q=-1)),
     (ValueError, r"q\[3\]: got NaN, wants a finite number", lambda: compensator(q=(1, 1, 1, NAN))),
-    (ValueError, r"q: got shape \(2,\), wants a scalar, \(4,\)", lambda: compensator(q=(1, 2))),
+    (
+        ValueError,
+        r"q: got shape \(2,\), wants a scalar, \(4,\)",
+        lambda: compensator(q=(1, 2), gain=(1, 1)),
+    ),
     (
         ValueError,
         r"q\[0, 1\]: got 1, wants 0: .*diagonal Q",

@@ -1,0 +1,185 @@
+//! Robot descriptions from Python's arguments: paths, texts, and tables.
+
+use std::path::PathBuf;
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyString;
+
+use super::convert::{Numbers, numbers, word, wrong_shape, wrong_type};
+use super::dispatch::MAX_JOINTS;
+use super::{read_error, saving};
+use crate::arm::{Inertia, JointFriction, JointKind};
+use crate::math::Matrix;
+use crate::robot::{Convention, Description, DhRow};
+
+type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// A description's source.
+enum Source {
+    Text(String),
+    Path(PathBuf),
+}
+
+/// A string is the text itself if it says so, and otherwise a path.
+fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<Source> {
+    if let Ok(text) = value.cast::<PyString>() {
+        let text: String = text.extract()?;
+        if is_text(&text) {
+            return Ok(Source::Text(text));
+        }
+    }
+    let path: PathBuf =
+        value.extract().map_err(|_| wrong_type("path_or_text", value, "a path or the text"))?;
+    saving::exists(&path)?;
+    Ok(Source::Path(path))
+}
+
+pub(super) fn urdf(
+    value: Any<'_, '_>,
+    base: Option<&str>,
+    tip: Option<&str>,
+    gravity: [f64; 3],
+) -> PyResult<Description> {
+    match source(value, |text| text.trim_start_matches('\u{feff}').trim_start().starts_with('<'))? {
+        Source::Text(text) => Description::from_urdf(&text, base, tip, gravity),
+        Source::Path(path) => Description::from_urdf_file(path, base, tip, gravity),
+    }
+    .map_err(read_error)
+}
+
+pub(super) fn toml(value: Any<'_, '_>) -> PyResult<Description> {
+    match source(value, |text| text.contains('\n'))? {
+        Source::Text(text) => Description::from_toml(&text),
+        Source::Path(path) => Description::from_toml_file(path),
+    }
+    .map_err(read_error)
+}
+
+/// "standard" by default.
+pub(super) fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
+    let Some(value) = value else { return Ok(Convention::Standard) };
+    Ok(match word(value, "convention", ["standard", "modified"])? {
+        "modified" => Convention::Modified,
+        _ => Convention::Standard,
+    })
+}
+
+/// Columns of a Denavit-Hartenberg table: a value a joint, or one for all.
+pub(super) struct Columns<'a, 'py> {
+    /// a, alpha, d, theta_offset.
+    pub lengths: [Option<Any<'a, 'py>>; 4],
+    pub kind: Option<Any<'a, 'py>>,
+    pub mass: Option<Any<'a, 'py>>,
+    pub com: Option<Any<'a, 'py>>,
+    pub inertia: Option<Any<'a, 'py>>,
+    /// viscous, coulomb, armature.
+    pub joint: [Option<Any<'a, 'py>>; 3],
+}
+
+/// A column of numbers, tensors of this many dimensions.
+struct Column {
+    name: &'static str,
+    numbers: Option<Numbers>,
+    dimensions: usize,
+}
+
+impl Column {
+    fn new(value: Option<Any<'_, '_>>, name: &'static str, dimensions: usize) -> PyResult<Self> {
+        let numbers = value.map(|value| numbers(value, name)).transpose()?;
+        Ok(Self { name, numbers, dimensions })
+    }
+
+    /// The rows that it has, if it is no scalar.
+    fn rows(&self) -> Option<usize> {
+        self.numbers.as_ref()?.shape.first().copied()
+    }
+
+    /// Entries of a joint: one, or as many as the shape after the first dimension.
+    fn of(&self, joint: usize, joints: usize, fits: &[&[usize]]) -> PyResult<Vec<f64>> {
+        let Some(Numbers { shape, values }) = &self.numbers else { return Ok(vec![0.0]) };
+        if shape.is_empty() {
+            return Ok(values.clone());
+        }
+        let Some(entry) = fits.iter().find(|entry| shape[0] == joints && shape[1..] == ***entry)
+        else {
+            let rest = ["", ", 3", ", 3, 3"][..=self.dimensions.min(2)].iter();
+            let wanted: Vec<String> = rest
+                .filter(|rest| fits.iter().any(|fit| fit.len() == rest.matches('3').count()))
+                .map(|rest| format!("({joints}{})", if rest.is_empty() { "," } else { rest }))
+                .collect();
+            let wanted = format!("a scalar or {}", wanted.join(" or "));
+            return Err(wrong_shape(self.name, shape, &wanted));
+        };
+        let size = entry.iter().product::<usize>();
+        Ok(values[joint * size..(joint + 1) * size].to_vec())
+    }
+}
+
+/// The rows of the table.
+pub(super) fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
+    let mut scalars = Vec::new();
+    let names = ["a", "alpha", "d", "theta_offset"].into_iter().zip(columns.lengths);
+    let more = ["viscous", "coulomb", "armature"].into_iter().zip(columns.joint);
+    for (name, value) in names.chain(more).chain([("mass", columns.mass)]) {
+        scalars.push(Column::new(value, name, 0)?);
+    }
+    let com = Column::new(columns.com, "com", 1)?;
+    let inertia = Column::new(columns.inertia, "inertia", 2)?;
+    let rows = scalars.iter().chain([&com, &inertia]).find_map(Column::rows).unwrap_or(1);
+    if rows == 0 || rows > MAX_JOINTS {
+        return Err(super::dispatch::too_many_joints(rows));
+    }
+    let kinds = kinds(columns.kind, rows)?;
+    let row = |(joint, kind)| dh_row(&scalars, [&com, &inertia], (joint, rows), kind);
+    kinds.into_iter().enumerate().map(row).collect()
+}
+
+/// The row of a joint out of so many.
+fn dh_row(
+    scalars: &[Column],
+    [com, inertia]: [&Column; 2],
+    (joint, joints): (usize, usize),
+    kind: JointKind,
+) -> PyResult<DhRow> {
+    let mut row = [0.0; 8];
+    for (entry, column) in row.iter_mut().zip(scalars) {
+        *entry = column.of(joint, joints, &[&[]])?[0];
+    }
+    let [a, alpha, d, theta_offset, viscous, coulomb, armature, mass] = row;
+    let com = match com.of(joint, joints, &[&[3]])?[..] {
+        [x, y, z] => [x, y, z],
+        ref same => [same[0]; 3],
+    };
+    let moments = match inertia.of(joint, joints, &[&[3], &[3, 3]])?[..] {
+        [same] => Matrix::<3>::from_diagonal_element(same),
+        [x, y, z] => Matrix::<3>::from_diagonal(&[x, y, z].into()),
+        ref matrix => Matrix::<3>::from_row_slice(matrix),
+    };
+    let inertia = Inertia { mass, com: com.into(), moments };
+    let friction = JointFriction { viscous, coulomb: [coulomb; 2], ..Default::default() };
+    Ok(DhRow { kind, a, alpha, d, theta_offset, inertia, friction, armature, ..DhRow::default() })
+}
+
+/// "revolute" or "prismatic", for all joints or each.
+fn kinds(value: Option<Any<'_, '_>>, joints: usize) -> PyResult<Vec<JointKind>> {
+    let kind = |value: Any<'_, '_>| {
+        Ok(match word(value, "kind", ["revolute", "prismatic"])? {
+            "prismatic" => JointKind::Prismatic,
+            _ => JointKind::Revolute,
+        })
+    };
+    let Some(value) = value else { return Ok(vec![JointKind::Revolute; joints]) };
+    if value.is_instance_of::<PyString>() {
+        return Ok(vec![kind(value)?; joints]);
+    }
+    let words = value.try_iter().map_err(|_| wrong_type("kind", value, "a word or a list"))?;
+    let kinds: Vec<JointKind> = words.map(|word| kind(&word?)).collect::<PyResult<_>>()?;
+    if kinds.len() != joints {
+        let got = kinds.len();
+        let message =
+            format!("kind: got {got} words, wants one, or one for each of {joints} joints");
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(kinds)
+}

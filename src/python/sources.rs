@@ -1,0 +1,219 @@
+//! References and disturbances of `N` joints: built-in signals, or any Python callable.
+
+use core::any::Any as Type;
+use std::sync::Mutex;
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+
+use super::convert::{Array1, array1, type_name, vector};
+use super::dispatch::same_joints;
+use super::signals::{PyQuintic, PySines, PyTable};
+use crate::math::Vector;
+use crate::plant::Disturbance;
+use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
+
+type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// (q_d, dq_d, ddq_d).
+pub(super) type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
+
+/// A built-in signal of `N` joints.
+#[derive(Clone)]
+pub(super) enum Motion<const N: usize> {
+    Sines(Sines<N, Vec<Harmonic<N>>>),
+    Quintic(Quintic<N>),
+    Table(Table<N, Vec<f64>>),
+}
+
+/// A built-in signal of any joint count: what `Sines`, `Quintic` and `Table` hold.
+pub(super) trait Signal: Send + Sync {
+    fn at_time<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py>;
+
+    /// The samples of a table.
+    fn columns(&self) -> Option<[&[f64]; 4]>;
+
+    /// The [`Motion`] itself.
+    fn as_any(&self) -> &dyn Type;
+}
+
+impl<const N: usize> Signal for Motion<N> {
+    fn at_time<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py> {
+        let Setpoint { q, dq, ddq } = self.at(t);
+        let array = |x: &Vector<N>| array1(py, x.as_slice());
+        (array(&q), array(&dq), array(&ddq))
+    }
+
+    fn columns(&self) -> Option<[&[f64]; 4]> {
+        if let Self::Table(table) = self { Some(table.columns()) } else { None }
+    }
+
+    fn as_any(&self) -> &dyn Type {
+        self
+    }
+}
+
+impl<const N: usize> Reference<N> for Motion<N> {
+    #[inline]
+    fn at(&self, t: f64) -> Setpoint<N> {
+        match self {
+            Self::Sines(sines) => sines.at(t),
+            Self::Quintic(quintic) => quintic.at(t),
+            Self::Table(table) => table.at(t),
+        }
+    }
+}
+
+/// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
+pub(super) struct Callback {
+    function: Py<PyAny>,
+    raised: Mutex<Option<PyErr>>,
+}
+
+impl Callback {
+    fn new(function: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
+        if !function.is_callable() {
+            let got = type_name(function);
+            let message =
+                format!("{name}: got {got}, wants Sines, Quintic, Table or a callable {call}");
+            return Err(PyTypeError::new_err(message));
+        }
+        Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
+    }
+
+    /// What the function raised, if it did.
+    pub fn raised(&self) -> Option<PyErr> {
+        self.raised.lock().ok()?.take()
+    }
+
+    /// Calls the function, unless it raised before: the integrator's remaining stages ask once more.
+    fn call<T>(&self, failed: T, body: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>) -> T {
+        if self.raised.lock().is_ok_and(|raised| raised.is_some()) {
+            return failed;
+        }
+        Python::attach(|py| match body(self.function.bind(py)) {
+            Ok(value) => value,
+            Err(error) => {
+                if let Ok(mut raised) = self.raised.lock() {
+                    raised.get_or_insert(error);
+                }
+                failed
+            }
+        })
+    }
+}
+
+/// What a reference or a disturbance is made from.
+enum Source<const N: usize> {
+    Motion(Motion<N>),
+    Callback(Callback),
+}
+
+impl<const N: usize> Source<N> {
+    /// `name` and `call` are for the message to a user who gave something else.
+    fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
+        let (joints, motion) = if let Ok(sines) = value.cast::<PySines>() {
+            (sines.get().joints, Some(&sines.get().signal))
+        } else if let Ok(quintic) = value.cast::<PyQuintic>() {
+            (quintic.get().joints, Some(&quintic.get().signal))
+        } else if let Ok(table) = value.cast::<PyTable>() {
+            (Some(table.get().joints), Some(&table.get().signal))
+        } else {
+            (None, None)
+        };
+        let Some(signal) = motion else {
+            return Ok(Self::Callback(Callback::new(value, name, call)?));
+        };
+        same_joints(name, joints.unwrap_or(N), N)?;
+        if let Some(motion) = signal.as_any().downcast_ref::<Motion<N>>() {
+            return Ok(Self::Motion(motion.clone()));
+        }
+        // Scalars, which count for the joints of any arm.
+        match value.cast::<PySines>() {
+            Ok(sines) => sines.get().motion().map(Self::Motion),
+            Err(_) => value.cast::<PyQuintic>()?.get().motion().map(Self::Motion),
+        }
+    }
+
+    fn callback(&self) -> Option<&Callback> {
+        if let Self::Callback(callback) = self { Some(callback) } else { None }
+    }
+}
+
+/// Any reference.
+pub(super) struct AnyReference<const N: usize>(Source<N>);
+
+impl<const N: usize> AnyReference<N> {
+    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
+        Source::new(value, "reference", "t -> (q_d, dq_d, ddq_d)").map(Self)
+    }
+
+    pub fn callback(&self) -> Option<&Callback> {
+        self.0.callback()
+    }
+}
+
+impl<const N: usize> Reference<N> for AnyReference<N> {
+    #[inline]
+    fn at(&self, t: f64) -> Setpoint<N> {
+        match &self.0 {
+            Source::Motion(motion) => motion.at(t),
+            Source::Callback(callback) => callback
+                .call(Setpoint::at_rest(Vector::repeat(f64::NAN)), |function| {
+                    setpoint(&function.call1((t,))?)
+                }),
+        }
+    }
+}
+
+fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
+    let wanted = "reference: wants (q_d, dq_d, ddq_d)";
+    let length = value.len().map_err(|_| {
+        PyTypeError::new_err(format!("{wanted}, got {} from the callable", type_name(value)))
+    })?;
+    if length != 3 {
+        let message = format!("{wanted}, got {length} entries from the callable");
+        return Err(PyTypeError::new_err(message));
+    }
+    Ok(Setpoint {
+        q: vector(&value.get_item(0)?, "reference: q_d")?,
+        dq: vector(&value.get_item(1)?, "reference: dq_d")?,
+        ddq: vector(&value.get_item(2)?, "reference: ddq_d")?,
+    })
+}
+
+/// Any disturbance, or none.
+pub(super) struct AnyDisturbance<const N: usize>(Option<Source<N>>);
+
+impl<const N: usize> AnyDisturbance<N> {
+    pub const NONE: Self = Self(None);
+
+    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
+        if value.is_none() {
+            return Ok(Self::NONE);
+        }
+        Source::new(value, "disturbance", "(q, dq, t) -> tau_d").map(|source| Self(Some(source)))
+    }
+
+    pub fn callback(&self) -> Option<&Callback> {
+        self.0.as_ref()?.callback()
+    }
+}
+
+impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
+    #[inline]
+    fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
+        match &self.0 {
+            None => Vector::zeros(),
+            Some(Source::Motion(Motion::Sines(sines))) => sines.value(t),
+            Some(Source::Motion(motion)) => motion.at(t).q,
+            Some(Source::Callback(callback)) => {
+                callback.call(Vector::repeat(f64::NAN), |function| {
+                    let py = function.py();
+                    let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
+                    vector(&function.call1((q, dq, t))?, "disturbance")
+                })
+            }
+        }
+    }
+}
