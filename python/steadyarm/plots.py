@@ -69,7 +69,8 @@ def overview(run: Run) -> Picture:
     """
     adaptive = run.weights_norm is not None and run.V is not None
     rows = 4 if adaptive else 3
-    picture = Picture(width=max(5.2 * run.joints, 7.0), height=2.2 * (rows + adaptive) + 0.3)
+    width = max(5.2 * min(run.joints, 2), 2.9 * run.joints, 7.0)
+    picture = Picture(width=width, height=2.2 * (rows + adaptive) + 0.3)
     grid = picture.add_gridspec(rows + adaptive, 2 * run.joints)
     names = ("position [rad]", "error [rad]", "torque [N·m]", "model error [rad/s²]")
     for joint in range(run.joints):

@@ -1,0 +1,151 @@
+"""An arm in motion: a stick figure of a run, with the desired pose as a ghost, as GIF or MP4."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from . import _core
+from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
+from .run import Run
+
+Array = NDArray[np.float64]
+Points = Callable[[Array], Array]
+
+FRAMES_PER_SECOND = 25
+MOST_FRAMES = 2000
+"""A longer film is refused: it would take minutes to draw, and nobody watches it."""
+
+
+def save_animation(
+    run: Run,
+    arm: Any,
+    path: str | Path,
+    *,
+    speed: float = 1.0,
+    fps: int = FRAMES_PER_SECOND,
+    progress: bool = False,
+) -> Path:
+    """Write the film of a run to ``path``: ``.gif``, or ``.mp4`` where ffmpeg is installed.
+
+    ``arm`` gives the kinematics: a `TwoLink` or a `Serial`. ``speed`` 2 shows two seconds of the run
+    in one second; ``progress`` shows a bar. Returns the path.
+    """
+    path = Path(path)
+    writer = _writer(path, fps)
+    if not speed > 0.0:
+        raise ValueError(f"speed: got {speed}, wants a number > 0")
+    points = joint_points(arm)
+    film = _Film(run, points, _frames(run, speed, fps))
+    with writer.saving(film.picture, str(path), dpi=0.6 * DPI):
+        for frame in tqdm(range(len(film.frames)), desc=path.name, disable=not progress):
+            film.draw(frame)
+            writer.grab_frame()
+    return path
+
+
+def joint_points(arm: Any) -> Points:
+    """Return the function from q to the places of base, joints and tip [m], (n + 2, 3) or (n + 1, 3)."""
+    if isinstance(arm, _core.TwoLink):
+        length = np.asarray(arm.length, dtype=float)
+
+        def two_link(q: Array) -> Array:
+            angles = np.cumsum(q)
+            steps = length[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(2)])
+            return np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+
+        return two_link
+    if hasattr(arm, "link_poses") and hasattr(arm, "pose"):
+
+        def serial(q: Array) -> Array:
+            joints = np.asarray(arm.link_poses(q))[:, :3, 3]
+            return np.vstack([np.zeros(3), joints, np.asarray(arm.pose(q))[:3, 3]])
+
+        return serial
+    raise TypeError(f"arm: got {type(arm).__name__}, wants a TwoLink or a Serial")
+
+
+class _Film:
+    """The picture whose lines are moved from frame to frame."""
+
+    def __init__(self, run: Run, points: Points, frames: Array) -> None:
+        self.t, self.frames = run.t[frames], frames
+        self.actual = np.array([points(run.q[k]) for k in frames])
+        self.desired = np.array([points(run.q_d[k]) for k in frames])
+        everything = np.concatenate([self.actual, self.desired]).reshape(-1, 3)
+        self.flat = bool(np.ptp(everything[:, 2]) < 1e-9)
+        self.picture = Picture(width=6.0, height=6.2)
+        FigureCanvasAgg(self.picture)
+        axes = self._axes(everything)
+        style = {"solid_capstyle": "round", "marker": "o"}
+        (self.ghost,) = axes.plot(*self._sides(self.desired[0]), color=PALE, linewidth=7, **style)
+        (self.trace,) = axes.plot(*self._sides(self.actual[:1, -1]), color=ORANGE, linewidth=1.2)
+        (self.arm,) = axes.plot(*self._sides(self.actual[0]), color=BLUE, linewidth=3.5, **style)
+        self.ghost.set_label("desired")
+        self.arm.set_label("actual")
+        self.trace.set_label("way of the tip")
+        axes.legend(loc="upper right", frameon=False, fontsize=9)
+        self.title = axes.set_title("t = 0.00 s", fontsize=11, color=INK)
+        self.picture.draw_without_rendering()
+        self.picture.set_layout_engine("none")  # laid out once, not for every frame
+
+    def draw(self, frame: int) -> None:
+        """Show frame number ``frame``."""
+        self._move(self.ghost, self.desired[frame])
+        self._move(self.arm, self.actual[frame])
+        self._move(self.trace, self.actual[: frame + 1, -1])
+        self.title.set_text(f"t = {self.t[frame]:.2f} s")
+
+    def _axes(self, everything: Array) -> Any:
+        low, high = everything.min(axis=0), everything.max(axis=0)
+        middle, reach = 0.5 * (low + high), 0.55 * float(np.max(high - low)) or 1.0
+        if self.flat:
+            axes: Any = self.picture.add_subplot(aspect="equal")
+        else:
+            axes = self.picture.add_subplot(projection="3d", aspect="equal")
+            axes.set_zlim(middle[2] - reach, middle[2] + reach)
+            axes.set_zlabel("z [m]")
+        axes.set_xlim(middle[0] - reach, middle[0] + reach)
+        axes.set_ylim(middle[1] - reach, middle[1] + reach)
+        axes.set_xlabel("x [m]")
+        axes.set_ylabel("y [m]")
+        return axes
+
+    def _sides(self, points: Array) -> tuple[Array, ...]:
+        return tuple(points[:, : 2 if self.flat else 3].T)
+
+    def _move(self, line: Any, points: Array) -> None:
+        if self.flat:
+            line.set_data(*self._sides(points))
+        else:
+            line.set_data_3d(*self._sides(points))
+
+
+def _frames(run: Run, speed: float, fps: int) -> Array:
+    """The rows nearest to the times of the frames."""
+    duration = float(run.t[-1] - run.t[0])
+    count = int(duration / speed * fps) + 1
+    if count > MOST_FRAMES:
+        raise ValueError(
+            f"speed: got {speed:g}, which makes {count} frames; wants at most {MOST_FRAMES}, a speed of "
+            f"{duration * fps / MOST_FRAMES:.3g} or more"
+        )
+    times = run.t[0] + np.arange(count) * speed / fps
+    return np.clip(np.searchsorted(run.t, times), 0, len(run.t) - 1)
+
+
+def _writer(path: Path, fps: int) -> AbstractMovieWriter:
+    if path.suffix == ".gif":
+        return PillowWriter(fps=fps)
+    if path.suffix == ".mp4":
+        if FFMpegWriter.isAvailable():
+            return FFMpegWriter(fps=fps)
+        raise RuntimeError(f"{path}: an .mp4 wants ffmpeg, which is not installed; use .gif")
+    raise ValueError(f"path: got {str(path)!r}, wants a name that ends in .gif or .mp4")

@@ -1,0 +1,176 @@
+"""Any serial chain against Pinocchio: robots that others use, and a thousand random ones."""
+
+import itertools
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+import steadyarm as sa
+
+pin = pytest.importorskip("pinocchio")
+
+TOL = 1e-10
+"""Relative to the largest entry: both compute in double precision, along chains of 8 joints at most."""
+
+MOST_JOINTS = 8
+MOVING = ("revolute", "continuous", "prismatic")
+GRAVITY = (0.3, -0.2, -9.81)
+
+ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
+
+
+class Tree:
+    """The links and joints of a URDF, to cut chains from."""
+
+    def __init__(self, path):
+        self.root = ElementTree.parse(path).getroot()
+        self.links = {link.get("name"): link for link in self.root.findall("link")}
+        self.into = {joint.find("child").get("link"): joint for joint in self.root.findall("joint")}
+
+    def chains(self):
+        """Yield (base, tip, joints) of every path with a moving joint, its last joints if it is long."""
+        parents = {joint.find("parent").get("link") for joint in self.into.values()}
+        for tip in sorted(set(self.into) - parents):
+            joints, link = [], tip
+            while link in self.into:
+                joint = self.into[link]
+                if joint.get("type") not in (*MOVING, "fixed"):
+                    break
+                if joint.get("type") in MOVING and moving(joints) == MOST_JOINTS:
+                    break
+                joints.insert(0, joint)
+                link = joint.find("parent").get("link")
+            if moving(joints):
+                yield link, tip, joints
+
+    def cut(self, base, joints):
+        """Return the URDF of one chain, with free joints within wide limits."""
+        robot = ElementTree.Element("robot", name="chain")
+        for name in (base, *(joint.find("child").get("link") for joint in joints)):
+            link = ElementTree.SubElement(robot, "link", name=name)
+            if (inertial := self.links[name].find("inertial")) is not None:
+                link.append(inertial)
+        for joint in joints:
+            copy = ElementTree.SubElement(robot, "joint", joint.attrib)
+            for part in joint:
+                if part.tag in ("parent", "child", "origin", "axis"):
+                    copy.append(part)
+            if copy.get("type") == "continuous":
+                copy.set("type", "revolute")
+            if copy.get("type") in MOVING:
+                limit = {"lower": "-9", "upper": "9", "effort": "99", "velocity": "9"}
+                ElementTree.SubElement(copy, "limit", limit)
+        return ElementTree.tostring(robot, encoding="unicode")
+
+
+def moving(joints):
+    """Return how many of the joints move."""
+    return sum(joint.get("type") in MOVING for joint in joints)
+
+
+def robot_chains():
+    """Return (name, URDF, tip) of every different chain in the robots."""
+    found = {}
+    for path in sorted(ROBOTS.rglob("*.urdf")):
+        tree = Tree(path)
+        for base, tip, joints in tree.chains():
+            found.setdefault(tree.cut(base, joints), (f"{path.stem}:{tip}", tip))
+    return [(name, urdf, tip) for urdf, (name, tip) in found.items()]
+
+
+def random_chain(seed):
+    """Return the URDF of a random chain of 1 to 8 joints, some links fixed to others."""
+    random = np.random.default_rng(seed)
+    robot = ['<robot name="random"><link name="base"/>']
+    parent, count = "base", random.integers(1, MOST_JOINTS + 1)
+    kinds = [random.choice(["revolute", "revolute", "prismatic"]) for _ in range(count)]
+    for extra in range(random.integers(0, 3)):
+        kinds.insert(random.integers(0, len(kinds) + 1), "fixed")
+    for k, kind in enumerate(kinds):
+        name = f"link{k}"
+        robot.append(f'<link name="{name}">{random_inertial(random)}</link>')
+        axis = random.normal(size=3)
+        robot.append(
+            f'<joint name="joint{k}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
+            f'<origin xyz="{vector(0.3 * random.normal(size=3))}" rpy="{vector(random.uniform(-3, 3, 3))}"/>'
+            f'<axis xyz="{vector(axis / np.linalg.norm(axis))}"/>'
+            '<limit lower="-9" upper="9" effort="99" velocity="9"/></joint>'
+        )
+        parent = name
+    return "".join([*robot, "</robot>"]), parent
+
+
+def random_inertial(random):
+    """Return the inertia of a random box."""
+    mass, sides = random.uniform(0.2, 5.0), random.uniform(0.05, 0.5, 3)
+    moments = mass / 12 * (np.sum(sides**2) - sides**2)
+    names = zip(("ixx", "iyy", "izz"), moments, strict=True)
+    values = " ".join(f'{name}="{value!r}"' for name, value in names).replace("np.float64(", "")
+    return (
+        f'<inertial><origin xyz="{vector(0.1 * random.normal(size=3))}" rpy="{vector(random.uniform(-3, 3, 3))}"/>'
+        f'<mass value="{float(mass)!r}"/><inertia {values.replace(")", "")} ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+
+
+def vector(values):
+    """Write numbers with all their digits."""
+    return " ".join(repr(float(value)) for value in values)
+
+
+def close(ours, theirs, what):
+    """Assert agreement relative to the largest entry."""
+    theirs = np.reshape(theirs, np.shape(ours))  # Pinocchio's bindings drop axes of length 1
+    scale = max(np.abs(theirs).max(initial=0.0), 1e-3)
+    error = np.abs(ours - theirs).max(initial=0.0) / scale
+    assert error <= TOL, f"{what}: {error:.2e}"
+
+
+def compare(urdf, tip, seed, states=3):
+    """Compare everything with Pinocchio at random states."""
+    ours = sa.Serial.from_urdf(urdf, tip=tip, gravity=GRAVITY).without_friction()
+    model = pin.buildModelFromXML(urdf)
+    model.gravity.linear = np.array(GRAVITY)
+    data, frame = model.createData(), model.getFrameId(tip)
+    assert ours.joints == model.nv
+    random = np.random.default_rng(seed)
+    for _ in range(states):
+        q, dq, ddq, tau = random.uniform(-2.0, 2.0, (4, model.nv))
+        close(ours.inverse_dynamics(q, dq, ddq), pin.rnea(model, data, q, dq, ddq), "RNEA")
+        mass = np.triu(pin.crba(model, data, q))
+        close(ours.mass_matrix(q), mass + np.triu(mass, 1).T, "CRBA")
+        close(ours.gravity(q), pin.computeGeneralizedGravity(model, data, q), "gravity")
+        close(ours.coriolis(q, dq), pin.computeCoriolisMatrix(model, data, q, dq), "Coriolis")
+        regressor = pin.computeJointTorqueRegressor(model, data, q, dq, ddq)
+        close(ours.regressor(q, dq, ddq), regressor, "regressor")
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        close(ours.jacobian(q), pin.getFrameJacobian(model, data, frame, axes), "Jacobian")
+        close(ours.pose(q), data.oMf[frame].homogeneous, "pose")
+        # A badly conditioned mass matrix amplifies the rounding of both.
+        condition = np.linalg.cond(ours.mass_matrix(q))
+        if condition < 1e5:
+            close(ours.forward_dynamics(q, dq, tau), pin.aba(model, data, q, dq, tau), "ABA")
+
+
+CHAINS = robot_chains() if ROBOTS.is_dir() else []
+
+
+def test_there_are_robots_to_compare_with():
+    assert len(CHAINS) > 50
+
+
+@pytest.mark.parametrize(("name", "urdf", "tip"), CHAINS, ids=[name for name, *_ in CHAINS])
+def test_chain_of_a_robot_agrees_with_pinocchio(name, urdf, tip):
+    try:
+        sa.Serial.from_urdf(urdf, tip=tip)
+    except ValueError as error:
+        pytest.skip(str(error))
+    compare(urdf, tip, seed=1)
+
+
+@pytest.mark.parametrize("block", range(10))
+def test_random_chains_agree_with_pinocchio(block):
+    for seed in itertools.islice(itertools.count(100 * block), 100):
+        compare(*random_chain(seed), seed, states=1)
