@@ -1,12 +1,13 @@
-"""Your robot in MuJoCo: an unknown payload, joint friction, and three controllers that know of neither.
+"""Your robot in MuJoCo: an unknown payload, joint friction, three controllers that know of neither.
 
-    python examples/mujoco_payload.py [ROBOT.urdf] [--base LINK] [--tip LINK] [--payload KG] [--out DIR]
+    python examples/mujoco_payload.py [ROBOT.urdf --base LINK --tip LINK] [--payload KG] [--out DIR]
 
-MuJoCo moves the robot; the controllers see its joint angles and velocities at 1 kHz, and know the URDF. Two
-motions are tracked: a sine in every joint, and point to point and back. Printed is the RMS error of every joint
-over the last period; the picture compares the errors.
+MuJoCo moves the robot; the controllers see its joint angles and velocities at 1 kHz, and know the
+URDF. Two motions are tracked: a sine in every joint, and point to point and back. Printed is the
+RMS error of every joint over the last period; the picture compares the errors.
 
-Needs ``pip install mujoco``; without a URDF also ``pip install example-robot-data``, for the Panda.
+Needs ``pip install mujoco``; without a URDF also ``pip install pin example-robot-data``, for the
+Panda.
 """
 
 import argparse
@@ -44,7 +45,7 @@ KP, KV = 400.0, 40.0
 
 
 def bare(path, base, tip):
-    """Return the URDF of the chain from base to tip alone, without pictures: MuJoCo then needs no meshes."""
+    """Return the URDF of the chain from base to tip alone, without meshes."""
     source = ElementTree.parse(path).getroot()
     links = {link.get("name"): link for link in source.findall("link")}
     into = {joint.find("child").get("link"): joint for joint in source.findall("joint")}
@@ -91,7 +92,11 @@ class World:
         moments, axes = np.linalg.eigh(inertia)
         axes[:, 0] *= np.linalg.det(axes)
         mujoco.mju_mat2Quat(model.body_iquat[body], axes.ravel())
-        model.body_mass[body], model.body_inertia[body], model.body_ipos[body] = own + mass, moments, new
+        model.body_mass[body], model.body_inertia[body], model.body_ipos[body] = (
+            own + mass,
+            moments,
+            new,
+        )
         mujoco.mj_setConst(model, mujoco.MjData(model))
 
     def start(self, q):
@@ -133,7 +138,11 @@ def point_to_point(middle):
         ds = 30 * x**2 * (1 - x) ** 2 / travel
         dds = 60 * x * (1 - x) * (1 - 2 * x) / travel**2
         one = np.ones_like(middle)
-        return middle + AMPLITUDE * (start + sign * s), AMPLITUDE * sign * ds * one, AMPLITUDE * sign * dds * one
+        return (
+            middle + AMPLITUDE * (start + sign * s),
+            AMPLITUDE * sign * ds * one,
+            AMPLITUDE * sign * dds * one,
+        )
 
     return at
 
@@ -150,7 +159,7 @@ class GravityPd:
 
 
 def compensator(middle):
-    """Return a fuzzy compensator that learns, joint by joint, what is missing along the desired motion."""
+    """Return a fuzzy compensator that learns what is missing along the desired motion."""
     place, speed = 2 * AMPLITUDE, AMPLITUDE
     places = [np.linspace(q - place, q + place, 9) for q in middle]
     speeds = [np.linspace(-speed, speed, 15) for _ in middle]
@@ -167,12 +176,14 @@ def controllers(arm, middle):
     return {
         "PD + gravity": GravityPd(arm, middle),
         "computed torque": sa.ComputedTorque(arm, kp=KP, kv=KV),
-        "computed torque + fuzzy": sa.ComputedTorque(arm, kp=KP, kv=KV, compensator=compensator(middle)),
+        "computed torque + fuzzy": sa.ComputedTorque(
+            arm, kp=KP, kv=KV, compensator=compensator(middle)
+        ),
     }
 
 
 def track(world, tracker, motion, periods=PERIODS):
-    """Return errors and torques of a run that starts on the motion, a row every period of the controller."""
+    """Return errors and torques, a row every period of the controller; it starts on the motion."""
     world.start(motion(0.0)[0])
     steps = round(periods * PERIOD / DT)
     e, tau = np.empty((2, steps, world.model.nv))
@@ -204,7 +215,9 @@ def picture(results, path):
     FigureCanvasAgg(figure)
     panels = figure.subplots(len(results), 1, squeeze=False)[:, 0]
     for axes, (motion, runs) in zip(panels, results.items(), strict=True):
-        for (name, (e, _)), colour in zip(runs.items(), ("#767676", "#D55E00", "#0072B2"), strict=True):
+        for (name, (e, _)), colour in zip(
+            runs.items(), ("#767676", "#D55E00", "#0072B2"), strict=True
+        ):
             t = np.arange(len(e)) * DT
             axes.plot(t, np.linalg.norm(e, axis=1), label=name, color=colour, linewidth=1.2)
         axes.set(title=motion, ylabel="error, |q − q_d| [rad]", xlim=(0, t[-1]), yscale="log")
@@ -226,7 +239,11 @@ def panda():
     return share / "robots" / "panda_description" / "urdf" / "panda.urdf"
 
 
-PANDA = {"base": "panda_link0", "tip": "panda_link8", "middle": (0.0, -0.6, 0.0, -2.0, 0.0, 1.6, 0.8)}
+PANDA = {
+    "base": "panda_link0",
+    "tip": "panda_link8",
+    "middle": (0.0, -0.6, 0.0, -2.0, 0.0, 1.6, 0.8),
+}
 
 
 def scene(urdf, tip, payload=PAYLOAD):
@@ -237,6 +254,7 @@ def scene(urdf, tip, payload=PAYLOAD):
 
 
 def main():
+    """Run every controller on both motions."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("urdf", nargs="?", type=Path, help="the robot (the Panda)")
     parser.add_argument("--base", help="first link")
@@ -253,7 +271,7 @@ def main():
     middle = np.array(PANDA["middle"]) if options.tip == PANDA["tip"] else np.full(arm.joints, 0.3)
     results = {}
     for motion, at in (("sine", sine(middle)), ("point to point", point_to_point(middle))):
-        print(f"{motion}: RMS of the last {PERIOD:g} s, joint by joint [mrad], and largest torque [N·m]")
+        print(f"{motion}: RMS of the last {PERIOD:g} s by joint [mrad], largest torque [N·m]")
         results[motion] = {}
         for name, tracker in controllers(arm, middle).items():
             e, tau = results[motion][name] = track(world, tracker, at)

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
-from tqdm import tqdm
+from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
 from . import _core
 from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
@@ -35,8 +35,8 @@ def save_animation(
 ) -> Path:
     """Write the film of a run to ``path``: ``.gif``, or ``.mp4`` where ffmpeg is installed.
 
-    ``arm`` gives the kinematics: a `TwoLink` or a `Serial`. ``speed`` 2 shows two seconds of the run
-    in one second; ``progress`` shows a bar. Returns the path.
+    ``arm`` gives the kinematics: a `TwoLink` or a `Serial`. ``speed`` 2 shows two seconds of the
+    run in one second; ``progress`` shows a bar. Returns the path.
     """
     path = Path(path)
     writer = _writer(path, fps)
@@ -52,9 +52,9 @@ def save_animation(
 
 
 def joint_points(arm: Any) -> Points:
-    """Return the function from q to the places of base, joints and tip [m], (n + 2, 3) or (n + 1, 3)."""
+    """Return the function from q to the places of the base, every joint and the tip [m], (…, 3)."""
     if isinstance(arm, _core.TwoLink):
-        length = np.asarray(arm.length, dtype=float)
+        length = np.array(arm.parameters[1])
 
         def two_link(q: Array) -> Array:
             angles = np.cumsum(q)
@@ -75,7 +75,7 @@ def joint_points(arm: Any) -> Points:
 class _Film:
     """The picture whose lines are moved from frame to frame."""
 
-    def __init__(self, run: Run, points: Points, frames: Array) -> None:
+    def __init__(self, run: Run, points: Points, frames: NDArray[np.intp]) -> None:
         self.t, self.frames = run.t[frames], frames
         self.actual = np.array([points(run.q[k]) for k in frames])
         self.desired = np.array([points(run.q_d[k]) for k in frames])
@@ -128,17 +128,18 @@ class _Film:
             line.set_data_3d(*self._sides(points))
 
 
-def _frames(run: Run, speed: float, fps: int) -> Array:
+def _frames(run: Run, speed: float, fps: int) -> NDArray[np.intp]:
     """The rows nearest to the times of the frames."""
     duration = float(run.t[-1] - run.t[0])
     count = int(duration / speed * fps) + 1
     if count > MOST_FRAMES:
         raise ValueError(
-            f"speed: got {speed:g}, which makes {count} frames; wants at most {MOST_FRAMES}, a speed of "
-            f"{duration * fps / MOST_FRAMES:.3g} or more"
+            f"speed: got {speed:g}, which makes {count} frames; wants at most {MOST_FRAMES}, "
+            f"a speed of {duration * fps / MOST_FRAMES:.3g} or more"
         )
     times = run.t[0] + np.arange(count) * speed / fps
-    return np.clip(np.searchsorted(run.t, times), 0, len(run.t) - 1)
+    rows: NDArray[np.intp] = np.clip(np.searchsorted(run.t, times), 0, len(run.t) - 1)
+    return rows
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:

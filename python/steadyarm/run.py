@@ -156,6 +156,15 @@ class Run:
 
         return plots.overview(self)
 
+    def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
+        """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.
+
+        ``speed`` 2 shows two seconds of the run in one. The film takes some seconds to draw.
+        """
+        from . import animation
+
+        return animation.save_animation(self, arm, path, speed=speed)
+
     def save(self, path: str | Path) -> None:
         """Write the run to ``path`` (.npz); `load` reads it back.
 

@@ -11,7 +11,7 @@ import steadyarm as sa
 pin = pytest.importorskip("pinocchio")
 
 TOL = 1e-10
-"""Relative to the largest entry: both compute in double precision, along chains of 8 joints at most."""
+"""Relative to the largest entry: both compute in double precision, along 8 joints at most."""
 
 MOST_JOINTS = 8
 MOVING = ("revolute", "continuous", "prismatic")
@@ -29,7 +29,7 @@ class Tree:
         self.into = {joint.find("child").get("link"): joint for joint in self.root.findall("joint")}
 
     def chains(self):
-        """Yield (base, tip, joints) of every path with a moving joint, its last joints if it is long."""
+        """Yield (base, tip, joints) of every path that moves, its last joints if it is long."""
         parents = {joint.find("parent").get("link") for joint in self.into.values()}
         for tip in sorted(set(self.into) - parents):
             joints, link = [], tip
@@ -85,15 +85,16 @@ def random_chain(seed):
     robot = ['<robot name="random"><link name="base"/>']
     parent, count = "base", random.integers(1, MOST_JOINTS + 1)
     kinds = [random.choice(["revolute", "revolute", "prismatic"]) for _ in range(count)]
-    for extra in range(random.integers(0, 3)):
+    for _ in range(random.integers(0, 3)):
         kinds.insert(random.integers(0, len(kinds) + 1), "fixed")
     for k, kind in enumerate(kinds):
         name = f"link{k}"
         robot.append(f'<link name="{name}">{random_inertial(random)}</link>')
         axis = random.normal(size=3)
+        place, turn = vector(0.3 * random.normal(size=3)), vector(random.uniform(-3, 3, 3))
         robot.append(
             f'<joint name="joint{k}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
-            f'<origin xyz="{vector(0.3 * random.normal(size=3))}" rpy="{vector(random.uniform(-3, 3, 3))}"/>'
+            f'<origin xyz="{place}" rpy="{turn}"/>'
             f'<axis xyz="{vector(axis / np.linalg.norm(axis))}"/>'
             '<limit lower="-9" upper="9" effort="99" velocity="9"/></joint>'
         )
@@ -104,12 +105,11 @@ def random_chain(seed):
 def random_inertial(random):
     """Return the inertia of a random box."""
     mass, sides = random.uniform(0.2, 5.0), random.uniform(0.05, 0.5, 3)
-    moments = mass / 12 * (np.sum(sides**2) - sides**2)
-    names = zip(("ixx", "iyy", "izz"), moments, strict=True)
-    values = " ".join(f'{name}="{value!r}"' for name, value in names).replace("np.float64(", "")
+    ixx, iyy, izz = (float(x) for x in mass / 12 * (np.sum(sides**2) - sides**2))
+    place, turn = vector(0.1 * random.normal(size=3)), vector(random.uniform(-3, 3, 3))
     return (
-        f'<inertial><origin xyz="{vector(0.1 * random.normal(size=3))}" rpy="{vector(random.uniform(-3, 3, 3))}"/>'
-        f'<mass value="{float(mass)!r}"/><inertia {values.replace(")", "")} ixy="0" ixz="0" iyz="0"/></inertial>'
+        f'<inertial><origin xyz="{place}" rpy="{turn}"/><mass value="{float(mass)!r}"/>'
+        f'<inertia ixx="{ixx!r}" iyy="{iyy!r}" izz="{izz!r}" ixy="0" ixz="0" iyz="0"/></inertial>'
     )
 
 

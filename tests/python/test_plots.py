@@ -167,3 +167,38 @@ def test_show_hands_the_figure_to_pyplot(plain, monkeypatch):
     figure.show()
     pyplot.close(figure)
     assert shown == [[1]]
+
+
+def test_a_film_shows_every_moment_of_a_run(tmp_path):
+    from PIL import Image
+
+    scene = sa.paper.simulation(1)
+    run = sa.simulate(scene.plant, scene.tracker, scene.reference, 1.0, 1e-3)
+    path = run.animate(sa.paper.nominal(), tmp_path / "arm.gif", speed=5.0)
+    with Image.open(path) as film:
+        assert film.n_frames == 6
+
+
+def test_a_film_of_a_serial_arm_has_depth(tmp_path):
+    arm = sa.Serial.shipped("panda")
+    reference = sa.Quintic([0.0] * 7, [0.5] * 7, 0.5)
+    run = sa.simulate(sa.Plant(arm), sa.ComputedTorque(arm, 100, 20), reference, 0.5, 1e-3)
+    assert run.status.finished
+    assert run.animate(arm, tmp_path / "arm.gif", speed=5.0).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    ("path", "arguments", "error", "message"),
+    [
+        ("arm.avi", {}, ValueError, "wants a name that ends in .gif or .mp4"),
+        ("arm.gif", {"speed": 0.0}, ValueError, "speed: got 0.0, wants a number > 0"),
+        ("arm.gif", {"speed": 1e-4}, ValueError, "wants at most 2000"),
+    ],
+)
+def test_a_film_that_cannot_be_made_is_refused(tmp_path, path, arguments, error, message):
+    scene = sa.paper.simulation(1)
+    run = sa.simulate(scene.plant, scene.tracker, scene.reference, 0.1, 1e-3)
+    with pytest.raises(error, match=message):
+        run.animate(sa.paper.nominal(), tmp_path / path, **arguments)
+    with pytest.raises(TypeError, match="arm: got int"):
+        run.animate(3, tmp_path / "arm.gif")
