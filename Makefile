@@ -1,6 +1,8 @@
 # make reproduce   the paper's three simulations: pictures and an honest table, in reproduce/
 # make test        everything that must hold
+# make robot       the Panda in MuJoCo with an unknown payload: table and picture, in robot/
 # make bench       speed: criterion benches, and the Python peers
+# make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
 #
 # Needs Rust >= 1.89, Python >= 3.11 and make; all else comes from the package registries.
@@ -14,10 +16,13 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce test test-rust test-python lint no-std bits bench docs clean
+.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
+
+robot: $(VENV)/wheel $(VENV)/tools
+	$(BIN)/python examples/mujoco_payload.py --out robot
 
 test: lint test-rust no-std bits test-python
 
@@ -49,6 +54,10 @@ bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
 	$(BIN)/python benches/compare.py
 
+bench-dynamics: $(VENV)/wheel $(VENV)/peers
+	$(CARGO) bench --locked --bench dynamics
+	$(BIN)/python benches/compare_dynamics.py
+
 docs: $(VENV)/wheel $(VENV)/manual
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 	@echo "The manual is in docs/_build/html/index.html"
@@ -73,4 +82,4 @@ $(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/python
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target docs/_build $(OUT)
+	rm -rf $(VENV) target docs/_build robot $(OUT)

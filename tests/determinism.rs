@@ -4,8 +4,12 @@
 mod common;
 
 use common::{Adaptive, adaptive, everything, fresh, hash, modified, on, weights};
+use steadyarm::arm::{
+    Arm, Inertia, JointFriction, JointKind, Link, Pose, Serial, SerialParameters,
+};
 use steadyarm::control::{Inputs, Limits};
 use steadyarm::fuzzy::Form;
+use steadyarm::math::Vector;
 use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 
 /// FNV-1a of q, dq, W, V and tau at the end. They change with every change of the arithmetic, and with nothing else:
@@ -13,6 +17,7 @@ use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 const CONTINUOUS: u64 = 0x9edb_8046_ce63_9da2;
 const SAMPLED: u64 = 0x8175_0e4e_2b61_24ac;
 const ERROR_CONTROLLED: u64 = 0x99d1_78f0_4c87_575a;
+const SERIAL: u64 = 0x57fd_cf5b_1b13_ebdf;
 
 fn final_hash(controller: &Adaptive, options: &Options<2>) -> u64 {
     let mut state = fresh(controller);
@@ -56,6 +61,41 @@ fn error_controlled_run_ends_in_its_golden_bits() {
     let (controller, options) = peers();
     let found = final_hash(&controller, &Options { method, ..options });
     assert_golden("ERROR_CONTROLLED", found, ERROR_CONTROLLED);
+}
+
+/// Seven joints, one of them sliding, with friction and rotors.
+fn serial() -> Serial<7> {
+    let links = core::array::from_fn(|n| {
+        let x = 0.1 * (n + 1) as f64;
+        let kind = if n == 4 { JointKind::Prismatic } else { JointKind::Revolute };
+        let turn = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0);
+        let placement = Pose { rotation: turn, translation: nalgebra::Vector3::new(x, 0.2, -x) };
+        let moments = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(0.3, 0.2, 0.25));
+        let inertia = Inertia { mass: 4.0 - 5.0 * x / 2.0, com: [0.1, x, 0.05].into(), moments };
+        let friction = JointFriction { viscous: x, coulomb: [0.3, 0.2], ..Default::default() };
+        let link = Link::new(kind, placement, [0.0, 0.6, 0.8].into(), inertia);
+        Link { friction, armature: x, ..link }
+    });
+    Serial::new(SerialParameters { links, tip: Pose::IDENTITY, gravity: [0.0, 0.3, -9.81] })
+        .unwrap()
+}
+
+#[test]
+fn dynamics_of_a_serial_arm_have_their_golden_bits() {
+    let arm = serial();
+    let (mut q, mut dq) = (Vector::<7>::repeat(0.3), Vector::<7>::repeat(-0.4));
+    for k in 0..1000 {
+        let tau = Vector::<7>::from_fn(|n, _| 5.0 - (k % 11) as f64 - n as f64) - dq * 3.0;
+        dq += arm.forward_dynamics(&q, &dq, &tau) * 1e-3;
+        q += dq * 1e-3;
+    }
+    let (mass, bias) = arm.mass_matrix_and_bias(&q, &dq);
+    let values = q.iter().chain(&dq).chain(&mass).chain(&bias).copied();
+    let torque = arm.inverse_dynamics(&q, &dq, &bias);
+    let found =
+        hash(values.chain(torque.iter().copied()).chain(arm.coriolis(&q, &dq).iter().copied()));
+    assert!(q.iter().chain(&dq).all(|x| x.is_finite()));
+    assert_golden("SERIAL", found, SERIAL);
 }
 
 #[test]
