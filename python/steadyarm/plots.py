@@ -12,6 +12,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
@@ -73,6 +74,8 @@ def overview(run: Run) -> Picture:
     picture = Picture(width=width, height=2.2 * (rows + adaptive) + 0.3)
     grid = picture.add_gridspec(rows + adaptive, 2 * run.joints)
     names = ("position [rad]", "error [rad]", "torque [N·m]", "model error [rad/s²]")
+    narrow = run.joints > 2
+    keys: dict[str, Artist] = {}
     for joint in range(run.joints):
         column = [picture.add_subplot(grid[row, 2 * joint : 2 * joint + 2]) for row in range(rows)]
         _position(column[0], run, joint)
@@ -82,7 +85,9 @@ def overview(run: Run) -> Picture:
         if adaptive:
             _model_error(column[3], run, joint)
         for axes, name in zip(column, names, strict=False):
-            _dress(axes, run, name if joint == 0 else "", legend=joint == 0)
+            _dress(axes, run, name if joint == 0 else "", legend=joint == 0 and not narrow)
+            handles, labels = axes.get_legend_handles_labels()
+            keys |= dict(zip(labels, handles, strict=True))
         column[0].set_title(f"joint {joint + 1}", loc="right", fontsize=11, fontweight="bold")
         column[-1].set_xlabel("time [s]")
     if run.weights_norm is not None and run.V is not None:
@@ -96,6 +101,11 @@ def overview(run: Run) -> Picture:
             _line(axes, run.t, values, colour)
             _dress(axes, run, name)
             axes.set_xlabel("time [s]")
+    if narrow:
+        picture.legend(
+            keys.values(), keys.keys(), loc="outside lower center", ncols=len(keys), frameon=False,
+            fontsize=10,
+        )  # fmt: skip
     if not run.status.finished:
         picture.suptitle(str(run.status), color=ORANGE, fontsize=11, fontweight="bold")
     return picture

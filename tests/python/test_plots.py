@@ -202,3 +202,14 @@ def test_a_film_that_cannot_be_made_is_refused(tmp_path, path, arguments, error,
         run.animate(sa.paper.nominal(), tmp_path / path, **arguments)
     with pytest.raises(TypeError, match="arm: got int"):
         run.animate(3, tmp_path / "arm.gif")
+
+
+def test_an_arm_of_seven_joints_fits_one_page(tmp_path):
+    arm = sa.Serial.shipped("panda")
+    basis = sa.FuzzyBasis("per_joint", centers=(-1.0, 0.0, 1.0), width=0.5, inputs="reference")
+    tracker = sa.ComputedTorque(arm, 100, 20, compensator=sa.FuzzyCompensator(basis, gain=10.0))
+    reference = sa.Quintic([0.0] * 7, [0.5] * 7, 0.5)
+    picture = sa.simulate(sa.Plant(arm), tracker, reference, 0.5, 1e-3).plot()
+    picture.savefig(tmp_path / "run.png")
+    assert len(picture.axes) == 7 * 4 + 2
+    assert [legend.get_texts()[0].get_text() for legend in picture.legends] == ["actual"]
