@@ -43,7 +43,12 @@ enum Fate {
 }
 
 /// A step of N joints, 2 N inputs of five sets, with a full dictionary.
-fn step_of<const N: usize>(c: &mut Criterion, group: &str, capacity: usize, fate: Fate) {
+fn step_of<const N: usize>(
+    c: &mut Criterion,
+    (group, number): (&str, usize),
+    capacity: usize,
+    fate: Fate,
+) {
     let law = Adaptation { gain: [100.0; N], leak_rate: 0.1, ..Adaptation::default() };
     let of = |merge_tolerance| {
         scene::joints::<N>(true, law, KernelParameters { capacity, merge_tolerance })
@@ -55,13 +60,12 @@ fn step_of<const N: usize>(c: &mut Criterion, group: &str, capacity: usize, fate
         filling.step(&mut state, q, dq, desired, PERIOD).unwrap();
     }
     assert_eq!(state.compensator.atoms(), capacity);
-    let (controller, name) = match fate {
-        Fate::Merged => (&merging, "merging"),
-        Fate::Dropping => (&filling, "dropping"),
+    let controller = match fate {
+        Fate::Merged => &merging,
+        Fate::Dropping => &filling,
     };
-    let name = format!("{N} joints, {} inputs, {capacity} atoms, {name}", 2 * N);
     let mut next = samples.iter().cycle();
-    c.benchmark_group(group).bench_function(name, |b| {
+    c.benchmark_group(group).bench_function(number.to_string(), |b| {
         b.iter(|| {
             let (q, dq, desired) = next.next().unwrap();
             controller.step(&mut state, black_box(q), black_box(dq), desired, PERIOD).unwrap()
@@ -70,21 +74,22 @@ fn step_of<const N: usize>(c: &mut Criterion, group: &str, capacity: usize, fate
 }
 
 fn joints(c: &mut Criterion) {
-    let group = "kernel step, joints";
-    step_of::<1>(c, group, 256, Fate::Merged);
-    step_of::<2>(c, group, 256, Fate::Merged);
-    step_of::<3>(c, group, 256, Fate::Merged);
-    step_of::<4>(c, group, 256, Fate::Merged);
-    step_of::<5>(c, group, 256, Fate::Merged);
-    step_of::<6>(c, group, 256, Fate::Merged);
-    step_of::<7>(c, group, 256, Fate::Merged);
-    step_of::<8>(c, group, 256, Fate::Merged);
+    let group = "kernel step by joints, 256 states, merging";
+    step_of::<1>(c, (group, 1), 256, Fate::Merged);
+    step_of::<2>(c, (group, 2), 256, Fate::Merged);
+    step_of::<3>(c, (group, 3), 256, Fate::Merged);
+    step_of::<4>(c, (group, 4), 256, Fate::Merged);
+    step_of::<5>(c, (group, 5), 256, Fate::Merged);
+    step_of::<6>(c, (group, 6), 256, Fate::Merged);
+    step_of::<7>(c, (group, 7), 256, Fate::Merged);
+    step_of::<8>(c, (group, 8), 256, Fate::Merged);
 }
 
 fn atoms(c: &mut Criterion) {
-    for fate in [Fate::Merged, Fate::Dropping] {
+    for (fate, name) in [(Fate::Merged, "merging"), (Fate::Dropping, "dropping")] {
+        let group = format!("kernel step by states, 7 joints, {name}");
         for capacity in [16, 64, 128, 256, 512, 1024] {
-            step_of::<7>(c, "kernel step, atoms", capacity, fate);
+            step_of::<7>(c, (&group, capacity), capacity, fate);
         }
     }
 }
@@ -95,7 +100,7 @@ fn plain(c: &mut Criterion) {
     let controller = ComputedTorque::new(arm, gains, NoCompensation);
     let (mut state, samples) = (State::new(()), path::<7>());
     let mut next = samples.iter().cycle();
-    c.benchmark_group("kernel step, joints").bench_function("7 joints, no compensation", |b| {
+    c.benchmark_group("kernel step").bench_function("7 joints, no compensation", |b| {
         b.iter(|| {
             let (q, dq, desired) = next.next().unwrap();
             controller.step(&mut state, black_box(q), black_box(dq), desired, PERIOD).unwrap()
