@@ -56,6 +56,15 @@ class _CertificateRecord(TypedDict):
     state_cost: float
     uncertainty: float
 
+class _Dictionary(TypedDict):
+    """A dictionary in figures."""
+
+    atoms: int
+    capacity: int
+    merged: int
+    dropped: int
+    error_bound: _Array
+
 class _MetricsRecord(TypedDict):
     rms_e: _Array
     max_abs_e: _Array
@@ -321,7 +330,8 @@ class FuzzyBasis:
     ------
     ValueError, TypeError
         Naming the parameter. At most 64 inputs, 512 sets, 1 048 576 rules: nothing is allocated
-        before that is known.
+        before that is known. A "grid" may have any number of rules: it is refused only where they
+        would be written out, so not by a `FuzzyCompensator` with a ``dictionary``.
     """
 
     def __new__(
@@ -352,7 +362,7 @@ class FuzzyBasis:
         """ξ at every row of ``x``: (T, inputs) -> (T, rules).
 
         The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
-        ValueError for a wrong shape, NaN, infinity, or more than 2²⁸ entries.
+        ValueError for a wrong shape, NaN, infinity, too many rules, or more than 2²⁸ entries.
         """
     def __reduce__(self) -> tuple[type[FuzzyBasis], tuple[Any, ...]]: ...
 
@@ -402,6 +412,14 @@ class FuzzyCompensator:
         none.
     dead_zone: d₀: the gain is scaled by max(0, 1 - d₀/|BᵀPx|).
     normalization: ν: the gain is divided by 1 + ν |ξ|².
+    dictionary: None: every rule has its weight. Otherwise the kernel form of a "grid" of any number
+        of rules: at most so many states are remembered, 1 to 4096, and W = Σ cₖ ξ(xₖ)ᵀ is made of
+        them. It is the same to rounding until a state is merged or dropped; the `dictionary` of a
+        `ComputedTorque` counts both, and bounds what they lost. 256 is a good number; memory grows
+        with its square. |ξ|² is a product over the inputs, so over many of them sets that overlap
+        widely learn next to nothing: make them narrow (σ of 0.3 spacings) and the gain large.
+    merge_tolerance: a new state goes into its nearest where that loses less than this part of it,
+        0 <= part < 1 (0 merges nothing); 0.05 with a dictionary, refused without.
 
     Raises
     ------
@@ -421,6 +439,8 @@ class FuzzyCompensator:
         projection_radius: float | None = None,
         dead_zone: float = 0.0,
         normalization: float = 0.0,
+        dictionary: int | None = None,
+        merge_tolerance: float = 0.05,
     ) -> FuzzyCompensator: ...
     @property
     def basis(self) -> FuzzyBasis:
@@ -434,6 +454,12 @@ class FuzzyCompensator:
     @property
     def gamma(self) -> float:
         """γ of (19)."""
+    @property
+    def dictionary(self) -> int | None:
+        """States of the kernel form at the most; None without a dictionary."""
+    @property
+    def merge_tolerance(self) -> float | None:
+        """The part of a state that a merge may lose; None without a dictionary."""
     def __reduce__(self) -> tuple[type[FuzzyCompensator], tuple[Any, ...]]: ...
 
 @final
@@ -523,10 +549,20 @@ class ComputedTorque:
         """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
         Assign to set it: adaptation goes on from there. Raises ValueError for a wrong shape or
-        entries that are not finite or beyond 1e150, TypeError without a compensator.
+        entries that are not finite or beyond 1e150, TypeError without a compensator. With a
+        ``dictionary`` there is no such matrix: reading and setting raise TypeError.
         """
     @weights.setter
     def weights(self, weights: ArrayLike) -> None: ...
+    @property
+    def dictionary(self) -> _Dictionary | None:
+        """The kernel form in figures; None for a compensator without a dictionary.
+
+        ``atoms`` of ``capacity`` states are in it; ``merged`` terms went into a state that was
+        there, ``dropped`` states made room when it was full; ``error_bound`` (n,) bounds what all
+        that lost, |W - W_exact| of each joint, and fades as W does. The error of ρ̂ is at most |ξ|
+        times that, with |ξ| <= 1 for a normalised basis [rad/s²].
+        """
     def warm_start(self, weights: ArrayLike) -> None:
         """Set W, and make it the W₀ that leak, e-modification and projection pull to."""
     def freeze(self) -> None:

@@ -116,7 +116,7 @@ class Run:
     rho_hat: Array
     """ρ̂, the compensator's estimate of it [rad/s²]."""
     weights: Array | None
-    """Final weights (n, rules); None without a compensator."""
+    """Final weights (n, rules); None without a compensator, or with a dictionary."""
     weights_norm: Array | None
     """|W| over time (T,); None without a compensator."""
     V: Array | None
@@ -125,6 +125,8 @@ class Run:
     """Why the run ended."""
     certificate: Certificate | None
     """The dissipation identity; None for sampled control or without a compensator."""
+    dictionary: _core._Dictionary | None = None
+    """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Run:
@@ -179,6 +181,9 @@ class Run:
             "format": FORMAT,
             "status": asdict(self.status),
             "certificate": None if self.certificate is None else asdict(self.certificate),
+            "dictionary": None
+            if self.dictionary is None
+            else self.dictionary | {"error_bound": self.dictionary["error_bound"].tolist()},
         }
 
         def write(path: Path) -> None:
@@ -204,6 +209,7 @@ class Run:
                     **arrays,
                     status=Status(**meta["status"]),
                     certificate=None if certificate is None else Certificate(**certificate),
+                    dictionary=_dictionary(meta.get("dictionary"), arrays["q"].shape[-1]),
                 )
                 run._check()
             except Exception as error:
@@ -216,7 +222,7 @@ class Run:
         rows, joints = len(self.t), self.q.shape[-1]
         for field in fields(self):
             array = getattr(self, field.name)
-            if array is None or field.name in ("status", "certificate"):
+            if array is None or field.name in ("status", "certificate", "dictionary"):
                 continue
             flat = field.name in ("t", "weights_norm", "V")
             wanted = (rows,) if flat else (rows, joints)
@@ -227,4 +233,24 @@ class Run:
 
     def __repr__(self) -> str:
         rows = len(self.t)
-        return f"Run({rows} rows of {self.joints} joints, {self.status})"
+        kernel = self.dictionary
+        if kernel is None:
+            return f"Run({rows} rows of {self.joints} joints, {self.status})"
+        atoms = f"{kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
+        return f"Run({rows} rows of {self.joints} joints, {self.status}, {atoms})"
+
+
+def _dictionary(saved: dict[str, Any] | None, joints: int) -> _core._Dictionary | None:
+    """The figures of a dictionary from a file."""
+    if saved is None:
+        return None
+    error_bound = np.array(saved["error_bound"], dtype=np.float64)
+    if error_bound.shape != (joints,):
+        raise ValueError(f"error_bound: {error_bound.shape}, wants ({joints},)")
+    return {
+        "atoms": int(saved["atoms"]),
+        "capacity": int(saved["capacity"]),
+        "merged": int(saved["merged"]),
+        "dropped": int(saved["dropped"]),
+        "error_bound": error_bound,
+    }

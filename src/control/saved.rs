@@ -1,16 +1,18 @@
 //! A controller's memory as bytes: versioned, checksummed, and exact to the bit.
 //!
 //! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances · last torque · W − W₀ · W₀ ·
-//! FNV-1a checksum of all that.
+//! FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
 
 use super::{FuzzyCompensator, FuzzyState, State};
 use crate::error::{Error, Result};
 use crate::math::Vector;
 
 const MAGIC: &[u8; 12] = b"steadyarm\0\0\x01";
-const FROZEN: u64 = 1;
+pub(super) const FROZEN: u64 = 1;
 const PRIOR: u64 = 2;
 const TORQUE: u64 = 4;
+/// A dictionary, with its sets instead of the rules.
+pub(super) const KERNEL: u64 = 8;
 
 impl<const N: usize> State<N, ()> {
     /// The state of a controller without a compensator as bytes.
@@ -24,7 +26,7 @@ impl<const N: usize> State<N, ()> {
     /// As [`FuzzyCompensator::restore`].
     pub fn restore(bytes: &[u8]) -> Result<Self> {
         let mut reader = Reader::open(bytes)?;
-        let header = reader.header::<N>(0)?;
+        let header = reader.header::<N>(0, 0)?;
         if !reader.rest.is_empty() {
             return Err(OTHER);
         }
@@ -58,7 +60,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         bytes: &[u8],
     ) -> Result<()> {
         let mut reader = Reader::open(bytes)?;
-        let header = reader.header::<N>(self.basis().block_rules())?;
+        let header = reader.header::<N>(self.basis().block_rules(), 0)?;
         let weights = reader.floats(self.weights_len())?;
         let has_prior = header.flags & PRIOR != 0;
         let prior = if has_prior { reader.floats(self.weights_len())? } else { Vec::new() };
@@ -82,18 +84,18 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 }
 
-const OTHER: Error =
+pub(super) const OTHER: Error =
     Error::Damaged { problem: "it belongs to a controller with other modifications" };
 
 /// Everything before the weights.
-struct Header<const N: usize> {
-    flags: u64,
-    steps: u64,
-    advances: u64,
-    last_tau: Option<Vector<N>>,
+pub(super) struct Header<const N: usize> {
+    pub flags: u64,
+    pub steps: u64,
+    pub advances: u64,
+    pub last_tau: Option<Vector<N>>,
 }
 
-fn header<const N: usize, S>(
+pub(super) fn header<const N: usize, S>(
     state: &State<N, S>,
     rules: usize,
     flags: u64,
@@ -108,12 +110,12 @@ fn header<const N: usize, S>(
     bytes
 }
 
-fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
+pub(super) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes.extend(checksum(&bytes).to_le_bytes());
     bytes
 }
 
-fn wanted(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
+pub(super) fn wanted(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::WrongLength { parameter, got, wanted }) }
 }
 
@@ -124,13 +126,13 @@ fn checksum(bytes: &[u8]) -> u64 {
     })
 }
 
-struct Reader<'a> {
-    rest: &'a [u8],
+pub(super) struct Reader<'a> {
+    pub rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
     /// Checks magic, version and checksum.
-    fn open(bytes: &'a [u8]) -> Result<Self> {
+    pub fn open(bytes: &'a [u8]) -> Result<Self> {
         let Some((body, sum)) = bytes.split_last_chunk::<8>() else {
             return Err(Error::Damaged { problem: "it is too short" });
         };
@@ -147,10 +149,17 @@ impl<'a> Reader<'a> {
         Ok(Self { rest })
     }
 
-    fn header<const N: usize>(&mut self, rules: usize) -> Result<Header<N>> {
-        wanted("joints", self.count()? as usize, N)?;
-        wanted("rules", self.count()? as usize, rules)?;
+    /// The header for `N` joints and so many rules, of the `kind` [`KERNEL`] or 0.
+    pub fn header<const N: usize>(&mut self, rules: usize, kind: u64) -> Result<Header<N>> {
+        let (joints, found) = (self.count()?, self.count()?);
         let (flags, steps, advances) = (self.count()?, self.count()?, self.count()?);
+        wanted("joints", joints as usize, N)?;
+        if flags & KERNEL != kind {
+            let problem = "it belongs to a controller with a compensator of another kind: one of \
+                           them has a dictionary";
+            return Err(Error::Damaged { problem });
+        }
+        wanted(if kind == KERNEL { "sets" } else { "rules" }, found as usize, rules)?;
         let tau: Vector<N> = Vector::from_column_slice(&self.floats(N)?);
         if !tau.iter().all(|x| x.is_finite()) {
             return Err(Error::Damaged { problem: "its last torque is not finite" });
@@ -166,11 +175,11 @@ impl<'a> Reader<'a> {
         Ok(*word)
     }
 
-    fn count(&mut self) -> Result<u64> {
+    pub fn count(&mut self) -> Result<u64> {
         self.word().map(u64::from_le_bytes)
     }
 
-    fn floats(&mut self, count: usize) -> Result<Vec<f64>> {
+    pub fn floats(&mut self, count: usize) -> Result<Vec<f64>> {
         (0..count).map(|_| self.word().map(f64::from_le_bytes)).collect()
     }
 }

@@ -10,7 +10,8 @@ use super::convert::{
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::value_error;
 use crate::control::{Inputs, Signal};
-use crate::fuzzy::{Axis, Form, FuzzyBasis};
+use crate::error::Error;
+use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -55,7 +56,7 @@ pub(super) struct PyFuzzyBasis {
 }
 
 impl PyFuzzyBasis {
-    /// The basis over this many inputs of `joints` joints.
+    /// The basis over this many inputs of `joints` joints, with all its rules.
     pub fn build(&self, inputs: usize, joints: usize) -> PyResult<FuzzyBasis> {
         let form = match self.form.as_str() {
             "grid" => Form::Grid,
@@ -63,6 +64,38 @@ impl PyFuzzyBasis {
             "concat" => Form::Concat,
             _ => Form::PerJoint { joints },
         };
+        let axes = self.axes(inputs)?;
+        FuzzyBasis::new(form, self.normalized, &axes).map_err(|error| match error {
+            Error::TooMany { parameter: "rules", .. } if form == Form::Grid => {
+                let way = "use dictionary=256, the kernel form of FuzzyCompensator";
+                PyValueError::new_err(format!("{error}; {way}"))
+            }
+            other => value_error(other),
+        })
+    }
+
+    /// The grid over the inputs of an arm, in the kernel form.
+    pub fn kernel_for_arm(&self, joints: usize) -> PyResult<KernelBasis> {
+        let axes = self.axes(self.inputs.len(joints))?;
+        KernelBasis::new(self.normalized, &axes).map_err(value_error)
+    }
+
+    /// Whether rule after rule is a product over all inputs, of which there may be too many to write out.
+    pub fn is_grid(&self) -> bool {
+        self.form == "grid"
+    }
+
+    /// Refuses what makes no basis for an arm; a grid may have any number of rules.
+    pub fn check_for_arm(&self, joints: usize) -> PyResult<()> {
+        if self.is_grid() {
+            self.kernel_for_arm(joints).map(drop)
+        } else {
+            self.for_arm(joints).map(drop)
+        }
+    }
+
+    /// The sets of so many inputs.
+    fn axes(&self, inputs: usize) -> PyResult<Vec<Axis<'_>>> {
         if !self.shared_axis && self.centers.len() != inputs {
             let (got, wanted) = (self.centers.len(), inputs);
             let message = format!(
@@ -74,8 +107,7 @@ impl PyFuzzyBasis {
             let k = if self.shared_axis { 0 } else { k };
             Axis { centers: &self.centers[k], widths: &self.widths[k] }
         };
-        let axes: Vec<Axis<'_>> = (0..inputs).map(axis).collect();
-        FuzzyBasis::new(form, self.normalized, &axes).map_err(value_error)
+        Ok((0..inputs).map(axis).collect())
     }
 
     /// The basis for an arm.
@@ -125,7 +157,7 @@ impl PyFuzzyBasis {
         let form = form.into();
         let basis = Self { form, centers, widths, shared_axis, normalized, inputs, joints };
         if shared_axis || joints.is_some() {
-            basis.for_arm(basis.joints_or_default())?;
+            basis.check_for_arm(basis.joints_or_default())?;
         }
         Ok(basis)
     }
@@ -155,10 +187,16 @@ impl PyFuzzyBasis {
         self.joints
     }
 
-    /// Number of rules for the arm's inputs.
+    /// Number of rules for the arm's inputs, however many.
     #[getter]
-    fn rules(&self) -> PyResult<usize> {
-        Ok(self.for_arm(self.joints_or_default())?.rules())
+    fn rules<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let joints = self.joints_or_default();
+        if !self.is_grid() {
+            return Ok(self.for_arm(joints)?.rules().into_pyobject(py)?.into_any());
+        }
+        let one = 1_usize.into_pyobject(py)?.into_any();
+        let axes = self.axes(self.inputs.len(joints))?;
+        axes.iter().try_fold(one, |rules, axis| rules.mul(axis.centers.len()))
     }
 
     /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a signal.

@@ -2,12 +2,16 @@
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use super::convert::type_name;
+use super::convert::{array1, type_name};
 use super::dispatch::same_joints;
 use super::fuzzy::PyFuzzyCompensator;
 use super::value_error;
-use crate::control::{Audit, Compensator, FuzzyCompensator, FuzzyState, Gains, Sample, Stage};
+use crate::control::{
+    Audit, Compensator, FuzzyCompensator, FuzzyState, Gains, KernelCompensator, KernelState,
+    Sample, Stage,
+};
 use crate::error::Result;
 use crate::math::Vector;
 
@@ -17,6 +21,7 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 pub(super) enum AnyCompensator<const N: usize> {
     None,
     Fuzzy(Box<FuzzyCompensator<N>>),
+    Kernel(Box<KernelCompensator<N>>),
 }
 
 /// Its state.
@@ -24,6 +29,7 @@ pub(super) enum AnyCompensator<const N: usize> {
 pub(super) enum AnyState<const N: usize> {
     None,
     Fuzzy(Box<FuzzyState<N, Vec<f64>>>),
+    Kernel(Box<KernelState<N, Vec<f64>>>),
 }
 
 impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
@@ -36,14 +42,19 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
     ) -> Vector<N> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.estimate(state, stage, sample),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => {
+                kernel.estimate(state, stage, sample)
+            }
             _ => Vector::zeros(),
         }
     }
 
     #[inline]
     fn hold(&self, state: &mut AnyState<N>, index: usize) {
-        if let (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (self, state) {
-            fuzzy.hold(state, index);
+        match (self, state) {
+            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.hold(state, index),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.hold(state, index),
+            _ => {}
         }
     }
 
@@ -51,13 +62,16 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
     fn advance(&self, state: &mut AnyState<N>, end: &Stage<'_>) -> Result<()> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.advance(state, end),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.advance(state, end),
             _ => Ok(()),
         }
     }
 
     fn reset(&self, state: &mut AnyState<N>) {
-        if let (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (self, state) {
-            fuzzy.reset(state);
+        match (self, state) {
+            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.reset(state),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.reset(state),
+            _ => {}
         }
     }
 
@@ -65,12 +79,13 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
     fn audit(&self, state: &AnyState<N>, index: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.audit(state, index, sample),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.audit(state, index, sample),
             _ => None,
         }
     }
 }
 
-/// W of a state, row-major with n rows; `None` without a compensator.
+/// W of a state, row-major with n rows; `None` without a compensator, or in the kernel form.
 pub(super) fn weights_of<const N: usize>(
     compensator: &AnyCompensator<N>,
     state: &AnyState<N>,
@@ -83,6 +98,24 @@ pub(super) fn weights_of<const N: usize>(
     Ok(Some(weights))
 }
 
+/// The dictionary of a state in figures; `None` but for the kernel form.
+pub(super) fn dictionary_of<'py, const N: usize>(
+    py: Python<'py>,
+    compensator: &AnyCompensator<N>,
+    state: &AnyState<N>,
+) -> PyResult<Option<Bound<'py, PyDict>>> {
+    let (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) = (compensator, state) else {
+        return Ok(None);
+    };
+    let dict = PyDict::new(py);
+    dict.set_item("atoms", state.atoms())?;
+    dict.set_item("capacity", kernel.kernel_parameters().capacity)?;
+    dict.set_item("merged", state.merged())?;
+    dict.set_item("dropped", state.dropped())?;
+    dict.set_item("error_bound", array1(py, state.error_bound().as_slice()))?;
+    Ok(Some(dict))
+}
+
 /// The compensator of these gains that a Python argument asks for, and its state.
 pub(super) fn compensator_for<const N: usize>(
     value: Option<Any<'_, '_>>,
@@ -93,8 +126,15 @@ pub(super) fn compensator_for<const N: usize>(
     if let Some(joints) = fuzzy.joints {
         same_joints("compensator", joints, N)?;
     }
-    let basis = fuzzy.basis.for_arm(N)?;
     let parameters = fuzzy.parameters()?;
+    if let Some(kernel) = fuzzy.kernel {
+        let basis = fuzzy.basis.kernel_for_arm(N)?;
+        let kernel = KernelCompensator::new(basis, gains, parameters, kernel);
+        let kernel = Box::new(kernel.map_err(value_error)?);
+        let state = Box::new(kernel.state());
+        return Ok((AnyCompensator::Kernel(kernel), AnyState::Kernel(state)));
+    }
+    let basis = fuzzy.basis.for_arm(N)?;
     let fuzzy = Box::new(FuzzyCompensator::new(basis, gains, parameters).map_err(value_error)?);
     let state = Box::new(fuzzy.state());
     Ok((AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)))

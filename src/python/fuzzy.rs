@@ -4,12 +4,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of};
-use super::convert::{Array1, Array2, matrix, numbers, owned2, scalar_or, wrong_shape};
+use super::convert::{
+    Array1, Array2, count, matrix, numbers, owned2, scalar, scalar_or, wrong_shape,
+};
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::per_joint::{PerJoint, common_joints};
 use super::value_error;
-use crate::control::{Adaptation, FuzzyParameters};
-use crate::error::{non_negative, within};
+use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
+use crate::error::{Error, non_negative, within};
 use crate::fuzzy::FuzzyApproximator;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -101,7 +103,9 @@ impl PyFuzzyApproximator {
 ///
 /// gain = Γ⁻¹: scalar or (n,), > 0. q: diagonal of Q, a scalar, (2n,) for [e₁ … eₙ, de₁ … deₙ], or a diagonal (2n, 2n).
 /// gamma: the γ of (19). leak_rate [1/s], error_modification, projection_radius, dead_zone, normalization: off by
-/// default.
+/// default. dictionary: None, or a number of atoms, 1 to 4096: a grid of any number of rules in kernel form, of which the
+/// compensator remembers so many states. merge_tolerance: a new state is merged into its nearest where that loses less
+/// than this part of it, 0 <= part < 1.
 #[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {
@@ -113,6 +117,8 @@ pub(super) struct PyFuzzyCompensator {
     q: PerJoint,
     gamma: f64,
     law: Law,
+    /// Of the kernel form; `None`: every rule has its weight.
+    pub kernel: Option<KernelParameters>,
 }
 
 /// What of the law is the same for all joints.
@@ -172,9 +178,10 @@ impl PyFuzzyCompensator {
     #[new]
     #[pyo3(
         signature = (basis, q=None, gain=None, gamma=None, leak_rate=None, error_modification=None,
-            projection_radius=None, dead_zone=None, normalization=None),
+            projection_radius=None, dead_zone=None, normalization=None, dictionary=None, merge_tolerance=None),
         text_signature = "(basis, q=10.0, gain=1.0, gamma=1.0, leak_rate=0.0, error_modification=0.0, \
-            projection_radius=None, dead_zone=0.0, normalization=0.0)"
+            projection_radius=None, dead_zone=0.0, normalization=0.0, dictionary=None, \
+            merge_tolerance=0.05)"
     )]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
     fn new(
@@ -187,6 +194,8 @@ impl PyFuzzyCompensator {
         projection_radius: Option<Any<'_, '_>>,
         dead_zone: Option<Any<'_, '_>>,
         normalization: Option<Any<'_, '_>>,
+        dictionary: Option<Any<'_, '_>>,
+        merge_tolerance: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let basis = basis_of(basis)?;
         let gain = PerJoint::or(gain, 1.0, "gain")?;
@@ -201,10 +210,13 @@ impl PyFuzzyCompensator {
             normalization: scalar_or(normalization, 0.0, "normalization")?,
         };
         let gamma = scalar_or(gamma, 1.0, "gamma")?;
-        let this = Self { basis, joints, gain, q, gamma, law };
+        let kernel = kernel_parameters(&basis, dictionary, merge_tolerance)?;
+        let this = Self { basis, joints, gain, q, gamma, law, kernel };
         for_joints!(this.joints_or_default(), check(&this))?;
-        if this.joints.is_some() {
-            this.basis.for_arm(this.joints_or_default())?;
+        match (this.joints, kernel) {
+            (Some(joints), None) => this.basis.for_arm(joints).map(drop)?,
+            (Some(joints), Some(_)) => this.basis.check_for_arm(joints)?,
+            (None, _) => {}
         }
         Ok(this)
     }
@@ -233,6 +245,18 @@ impl PyFuzzyCompensator {
         self.q.array(py, Some(2 * self.joints_or_default()))
     }
 
+    /// Atoms of the kernel form at the most; None without a dictionary.
+    #[getter]
+    fn dictionary(&self) -> Option<usize> {
+        self.kernel.map(|kernel| kernel.capacity)
+    }
+
+    /// The part of a state that a merge may lose; None without a dictionary.
+    #[getter]
+    fn merge_tolerance(&self) -> Option<f64> {
+        self.kernel.map(|kernel| kernel.merge_tolerance)
+    }
+
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let py = slf.py();
         let this = slf.get();
@@ -253,14 +277,54 @@ impl PyFuzzyCompensator {
             projection_radius,
             dead_zone,
             normalization,
+            this.dictionary(),
+            this.merge_tolerance(),
         );
         Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 
     fn __repr__(&self) -> String {
         let Self { basis, gain, gamma, .. } = self;
-        format!("FuzzyCompensator({}, gain={gain:?}, gamma={gamma})", basis.__repr__())
+        let form = self.dictionary().map_or_else(String::new, |it| format!(", dictionary={it}"));
+        format!("FuzzyCompensator({}, gain={gain:?}, gamma={gamma}{form})", basis.__repr__())
     }
+}
+
+/// The kernel form that is asked for, of a basis that has one.
+fn kernel_parameters(
+    basis: &PyFuzzyBasis,
+    dictionary: Option<Any<'_, '_>>,
+    merge_tolerance: Option<Any<'_, '_>>,
+) -> PyResult<Option<KernelParameters>> {
+    let Some(dictionary) = dictionary else {
+        if let Some(given) = merge_tolerance {
+            let message = format!(
+                "merge_tolerance: got {} without a dictionary, wants one: dictionary=256",
+                given.str()?
+            );
+            return Err(PyValueError::new_err(message));
+        }
+        return Ok(None);
+    };
+    let capacity = count(dictionary, "dictionary")?;
+    let mut kernel = KernelParameters { capacity, ..KernelParameters::default() };
+    if let Some(given) = merge_tolerance {
+        kernel.merge_tolerance = scalar(given, "merge_tolerance")?;
+    }
+    kernel.validate().map_err(|error| match error {
+        Error::TooMany { got, limit, .. } => {
+            value_error(Error::TooMany { parameter: "dictionary", got, limit })
+        }
+        other => value_error(other),
+    })?;
+    if !basis.is_grid() {
+        let message = format!(
+            "dictionary: got {capacity} for {}, wants form=\"grid\": no other has a kernel form",
+            basis.__repr__()
+        );
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(Some(kernel))
 }
 
 /// Q from a scalar, its diagonal (2n,), or a diagonal matrix (2n, 2n).

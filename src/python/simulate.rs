@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::joints_of;
-use super::compensator::{AnyState, weights_of};
+use super::compensator::{AnyState, dictionary_of, weights_of};
 use super::convert::{
     Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, type_name,
     word, wrong_shape,
@@ -229,6 +229,8 @@ pub(super) fn simulated<'py, const N: usize>(
     let rows = |w: Vec<f64>| (w.len() / N, w);
     let weights = weights.map(rows).map(|(columns, w)| owned2(py, w, columns)).transpose()?;
     record.set_item("weights", weights)?;
+    let dictionary = dictionary_of(py, &controller.compensator, &state.compensator)?;
+    record.set_item("dictionary", dictionary)?;
     Ok((record, raised))
 }
 

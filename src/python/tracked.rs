@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
-use super::compensator::{AnyCompensator, AnyState, compensator_for, weights_of};
+use super::compensator::{AnyCompensator, AnyState, compensator_for, dictionary_of, weights_of};
 use super::convert::{Array1, array1, joints, scalar, vector};
 use super::planted::Planted;
 use super::simulate::{Monitor, Settings, simulated};
@@ -68,8 +68,11 @@ pub(super) trait Tracked: Send + Sync {
     /// P, row-major; `None` without a compensator.
     fn p(&self) -> Option<Vec<f64>>;
 
-    /// Rules of the basis; `None` without a compensator.
-    fn rules(&self) -> Option<usize>;
+    /// The compensator in words.
+    fn compensator(&self) -> String;
+
+    /// The dictionary in figures; `None` but for the kernel form.
+    fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>>;
 
     /// Columns of W.
     fn weights_columns(&self) -> PyResult<usize>;
@@ -135,13 +138,19 @@ impl<const N: usize> Tracker<N> {
     fn fuzzy(&mut self) -> PyResult<Fuzzy<'_, N>> {
         match (&self.controller.compensator, &mut self.state.compensator) {
             (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => Ok((fuzzy, state)),
-            _ => Err(no_weights()),
+            _ => Err(no_weights(&self.controller.compensator)),
         }
     }
 }
 
-fn no_weights() -> PyErr {
-    PyTypeError::new_err("compensator: this controller has none, so it has no weights")
+fn no_weights<const N: usize>(compensator: &AnyCompensator<N>) -> PyErr {
+    PyTypeError::new_err(match compensator {
+        AnyCompensator::Kernel(_) => {
+            "weights: this compensator has a dictionary, the kernel form, so it has no matrix of weights; \
+             see the tracker's dictionary, or build it with dictionary=None"
+        }
+        _ => "compensator: this controller has none, so it has no weights",
+    })
 }
 
 impl<const N: usize> Tracked for Tracker<N> {
@@ -218,10 +227,14 @@ impl<const N: usize> Tracked for Tracker<N> {
     }
 
     fn p(&self) -> Option<Vec<f64>> {
-        let AnyCompensator::Fuzzy(fuzzy) = &self.controller.compensator else { return None };
+        let joints = match &self.controller.compensator {
+            AnyCompensator::None => return None,
+            AnyCompensator::Fuzzy(fuzzy) => fuzzy.p(),
+            AnyCompensator::Kernel(kernel) => kernel.p(),
+        };
         let size = 2 * N;
         let mut p = vec![0.0; size * size];
-        for (n, joint) in fuzzy.p().iter().enumerate() {
+        for (n, joint) in joints.iter().enumerate() {
             let m = n + N;
             p[n * size + n] = joint.p11;
             p[n * size + m] = joint.p12;
@@ -231,20 +244,34 @@ impl<const N: usize> Tracked for Tracker<N> {
         Some(p)
     }
 
-    fn rules(&self) -> Option<usize> {
-        let AnyCompensator::Fuzzy(fuzzy) = &self.controller.compensator else { return None };
-        Some(fuzzy.basis().rules())
+    fn compensator(&self) -> String {
+        match &self.controller.compensator {
+            AnyCompensator::None => "none".into(),
+            AnyCompensator::Fuzzy(fuzzy) => format!("fuzzy, {} rules", fuzzy.basis().rules()),
+            AnyCompensator::Kernel(kernel) => {
+                let (rules, parameters) = (kernel.basis().rules(), kernel.kernel_parameters());
+                format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
+            }
+        }
+    }
+
+    fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        dictionary_of(py, &self.controller.compensator, &self.state.compensator)
     }
 
     fn weights_columns(&self) -> PyResult<usize> {
         match &self.controller.compensator {
             AnyCompensator::Fuzzy(fuzzy) => Ok(fuzzy.weights_len() / N),
-            AnyCompensator::None => Err(no_weights()),
+            other => Err(no_weights(other)),
         }
     }
 
     fn weights(&self) -> PyResult<Option<Vec<f64>>> {
-        weights_of(&self.controller.compensator, &self.state.compensator).map_err(value_error)
+        let compensator = &self.controller.compensator;
+        if let AnyCompensator::Kernel(_) = compensator {
+            return Err(no_weights(compensator));
+        }
+        weights_of(compensator, &self.state.compensator).map_err(value_error)
     }
 
     fn set_weights(&mut self, weights: &[f64], prior: bool) -> PyResult<()> {
@@ -258,17 +285,22 @@ impl<const N: usize> Tracked for Tracker<N> {
     }
 
     fn set_frozen(&mut self, frozen: bool) -> PyResult<()> {
-        let (_, state) = self.fuzzy()?;
-        if frozen {
-            state.freeze()
-        } else {
-            state.unfreeze()
+        match (&mut self.state.compensator, frozen) {
+            (AnyState::None, _) => return Err(no_weights(&self.controller.compensator)),
+            (AnyState::Fuzzy(state), true) => state.freeze(),
+            (AnyState::Fuzzy(state), false) => state.unfreeze(),
+            (AnyState::Kernel(state), true) => state.freeze(),
+            (AnyState::Kernel(state), false) => state.unfreeze(),
         }
         Ok(())
     }
 
     fn frozen(&self) -> bool {
-        matches!(&self.state.compensator, AnyState::Fuzzy(state) if state.frozen())
+        match &self.state.compensator {
+            AnyState::None => false,
+            AnyState::Fuzzy(state) => state.frozen(),
+            AnyState::Kernel(state) => state.frozen(),
+        }
     }
 
     fn saved(&self) -> Vec<u8> {
@@ -276,6 +308,9 @@ impl<const N: usize> Tracked for Tracker<N> {
         match (&self.controller.compensator, &self.state.compensator) {
             (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => {
                 fuzzy.save(&State { compensator: (**state).clone(), last_tau, steps })
+            }
+            (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) => {
+                kernel.save(&State { compensator: (**state).clone(), last_tau, steps })
             }
             _ => State { compensator: (), last_tau, steps }.save(),
         }
@@ -290,6 +325,12 @@ impl<const N: usize> Tracked for Tracker<N> {
                     let State { compensator, last_tau, steps } = state;
                     (AnyState::Fuzzy(Box::new(compensator)), last_tau, steps)
                 }
+                (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) => {
+                    let mut state = State::new((**state).clone());
+                    kernel.restore(&mut state, bytes)?;
+                    let State { compensator, last_tau, steps } = state;
+                    (AnyState::Kernel(Box::new(compensator)), last_tau, steps)
+                }
                 _ => {
                     let State { last_tau, steps, .. } = State::restore(bytes)?;
                     (AnyState::None, last_tau, steps)
@@ -302,9 +343,11 @@ impl<const N: usize> Tracked for Tracker<N> {
 
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)> {
         let AnyCompensator::Fuzzy(fuzzy) = &self.controller.compensator else {
-            return Err(PyTypeError::new_err(
-                "tracker: got one without a compensator, wants one to report on",
-            ));
+            let got = match &self.controller.compensator {
+                AnyCompensator::Kernel(_) => "with a dictionary, wants one with dictionary=None",
+                _ => "without a compensator, wants one",
+            };
+            return Err(PyTypeError::new_err(format!("tracker: got one {got} to report on")));
         };
         let report = Report::new(&self.controller.gains, fuzzy, conditions).map_err(value_error)?;
         Ok((report.joints.to_vec(), report.findings))

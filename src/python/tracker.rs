@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
+use pyo3::types::{PyBytes, PyDict};
 
 use super::any_arm::joints_of;
 use super::compensator::compensator_of;
@@ -152,7 +152,8 @@ impl PyComputedTorque {
         self.tracked.p().map(|p| owned2(py, p, 2 * self.tracked.joints())).transpose()
     }
 
-    /// W, (n, rules), a copy; None without a compensator. Assign to set it: adaptation goes on from there.
+    /// W, (n, rules), a copy; None without a compensator; TypeError in the kernel form, which has none. Assign to set it:
+    /// adaptation goes on from there.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
         let Some(weights) = self.tracked.weights()? else { return Ok(None) };
@@ -167,6 +168,15 @@ impl PyComputedTorque {
     /// Set W, and make it the W₀ that leak, e-modification and projection pull to.
     fn warm_start(&mut self, weights: Any<'_, '_>) -> PyResult<()> {
         self.write_weights(weights, true)
+    }
+
+    /// The kernel form's dictionary in figures; None for any other compensator, and without one.
+    ///
+    /// atoms, capacity; merged: terms that went into an atom that was there; dropped: atoms that went because it was full;
+    /// error_bound (n,): of |W - W_exact|, what both lost [rad/s²].
+    #[getter]
+    fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        self.tracked.dictionary(py)
     }
 
     /// Stop adapting; the weights stay in use.
@@ -223,10 +233,7 @@ impl PyComputedTorque {
 
     fn __repr__(&self) -> String {
         let [kp, kv] = self.tracked.gains();
-        let compensator = match self.tracked.rules() {
-            None => "none".into(),
-            Some(rules) => format!("fuzzy, {rules} rules"),
-        };
+        let compensator = self.tracked.compensator();
         format!("ComputedTorque(kp={kp:?}, kv={kv:?}, compensator: {compensator})")
     }
 }

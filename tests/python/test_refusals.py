@@ -577,8 +577,11 @@ def refused(call):
         call()
     except ValueError as error:
         print(error)
-refused(lambda: sa.FuzzyBasis("grid", centers, 1.0))
-refused(lambda: sa.FuzzyBasis("grid", [centers] * 8, 1.0, inputs=["e", "de", "q", "dq"]))
+many = sa.FuzzyBasis("grid", centers, 1.0)
+refused(lambda: many.evaluate(np.zeros((1, 4))))
+signals = ["e", "de", "q", "dq"]
+refused(lambda: sa.FuzzyCompensator(sa.FuzzyBasis("grid", [centers] * 8, 1.0, inputs=signals)))
+refused(lambda: sa.FuzzyBasis("per_joint", [centers] * 8, 1.0, inputs=signals))
 basis = sa.FuzzyBasis("grid", np.linspace(-1, 1, 32), 1.0)
 refused(lambda: basis.evaluate(np.zeros((300, 4))))
 scene = sa.paper.simulation(1)
@@ -586,9 +589,11 @@ refused(lambda: scene.run(duration=1e5))
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
+    way = "use dictionary=256, the kernel form of FuzzyCompensator"
     assert done.stdout.splitlines() == [
-        "rules: got 10556001, wants at most 1048576",
-        "rules: got 111429157112001, wants at most 1048576",
+        f"rules: got 10556001, wants at most 1048576; {way}",
+        f"rules: got 111429157112001, wants at most 1048576; {way}",
+        "rules: got 21112002, wants at most 1048576",
         "x: got 300 samples, wants at most 256 for so many rules",
         "record_every: got 1, wants a larger number: the record does not fit memory",
     ]

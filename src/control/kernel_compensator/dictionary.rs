@@ -12,7 +12,7 @@ use crate::fuzzy::nearest;
 use crate::math::{Vector, sqrt};
 
 /// Nothing fires at all where k(x, x) is smaller: such a term is an error, not an atom.
-const SMALLEST_SIZE: f64 = 1e-200;
+pub(super) const SMALLEST_SIZE: f64 = 1e-200;
 
 /// A scale below this goes into the coefficients.
 const SMALLEST_SCALE: f64 = 1e-100;

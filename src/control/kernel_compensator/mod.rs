@@ -17,6 +17,8 @@
 
 mod dictionary;
 mod law;
+#[cfg(feature = "std")]
+mod saved;
 mod state;
 #[cfg(test)]
 mod tests;
@@ -47,6 +49,25 @@ impl Default for KernelParameters {
     /// 256 atoms, and 5 %.
     fn default() -> Self {
         Self { capacity: 256, merge_tolerance: 0.05 }
+    }
+}
+
+impl KernelParameters {
+    /// Refuses what is out of range.
+    ///
+    /// # Errors
+    /// `capacity`: 0, or more than 4096. `merge_tolerance`: not in [0, 1).
+    pub fn validate(&self) -> Result<()> {
+        let Self { capacity, merge_tolerance } = *self;
+        if capacity == 0 {
+            return Err(Error::WrongLength { parameter: "capacity", got: 0, wanted: 1 });
+        }
+        if capacity > MAX_CAPACITY {
+            let (got, limit) = (Some(capacity), MAX_CAPACITY);
+            return Err(Error::TooMany { parameter: "capacity", got, limit });
+        }
+        let part = |tolerance: f64| (0.0..1.0).contains(&tolerance);
+        within("merge_tolerance", &[merge_tolerance], part, "a part of the norm, 0 <= part < 1")
     }
 }
 
@@ -101,18 +122,9 @@ impl<const N: usize> KernelCompensator<N> {
         if got != wanted {
             return Err(Error::WrongLength { parameter: "inputs", got, wanted });
         }
-        let KernelParameters { capacity, merge_tolerance } = kernel;
-        if capacity == 0 {
-            return Err(Error::WrongLength { parameter: "capacity", got: 0, wanted: 1 });
-        }
-        if capacity > MAX_CAPACITY {
-            let (got, limit) = (Some(capacity), MAX_CAPACITY);
-            return Err(Error::TooMany { parameter: "capacity", got, limit });
-        }
-        let part = |tolerance: f64| (0.0..1.0).contains(&tolerance);
-        within("merge_tolerance", &[merge_tolerance], part, "a part of the norm, 0 <= part < 1")?;
+        kernel.validate()?;
         let law = Law::new(gains, parameters)?;
-        let places = Places::new(&basis, N, capacity);
+        let places = Places::new(&basis, N, kernel.capacity);
         Ok(Self { basis, law, kernel, places })
     }
 
