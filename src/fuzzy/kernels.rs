@@ -271,7 +271,7 @@ impl WithSimd for NormSquared<'_> {
     }
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests {
     use pulp::Scalar;
 

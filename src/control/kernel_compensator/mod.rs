@@ -20,7 +20,7 @@ mod law;
 #[cfg(feature = "std")]
 mod saved;
 mod state;
-#[cfg(test)]
+#[cfg(all(test, feature = "std"))]
 mod tests;
 
 pub use state::KernelState;
