@@ -197,10 +197,12 @@ impl FuzzyBasis {
         }
         let memberships = self.layout.blocks * self.layout.block;
         let (left, right) = (&left[memberships..], &right[memberships..]);
-        self.factors(block)
-            .iter()
-            .map(Span::lanes)
-            .fold(1.0, |product, lanes| product * dot(simd, lanes.of(left), lanes.of(right)))
+        let mut product = 1.0;
+        for factor in self.factors(block) {
+            let lanes = factor.lanes();
+            product *= dot(simd, lanes.of(left), lanes.of(right));
+        }
+        product
     }
 
     /// Evaluates all blocks at a finite x.

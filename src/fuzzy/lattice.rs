@@ -250,19 +250,38 @@ const FACTORS: [f64; 14] = [
 #[inline(always)]
 fn exponential<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
     let splat = |x| simd.splat_f64s(x);
-    let fused = |a, b, c| simd.add_f64s(a, simd.mul_f64s(b, c));
     let x = simd.min_f64s(simd.max_f64s(x, splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
-    let shifted = fused(splat(ROUNDER), x, splat(core::f64::consts::LOG2_E));
+    let shifted = fused(simd, splat(ROUNDER), x, splat(core::f64::consts::LOG2_E));
     let n = simd.sub_f64s(shifted, splat(ROUNDER));
-    let r = LN_2.iter().fold(x, |r, ln| simd.sub_f64s(r, simd.mul_f64s(n, splat(*ln))));
-    let (r2, pair) =
-        (simd.mul_f64s(r, r), |k: usize| fused(splat(FACTORS[k]), splat(FACTORS[k + 1]), r));
+    let mut r = x;
+    for ln in LN_2 {
+        r = simd.sub_f64s(r, simd.mul_f64s(n, splat(ln)));
+    }
+    let r2 = simd.mul_f64s(r, r);
     let r4 = simd.mul_f64s(r2, r2);
-    let quad = |k: usize| fused(pair(k), pair(k + 2), r2);
-    let upper = fused(quad(8), pair(12), r4);
-    let series = fused(fused(quad(0), quad(4), r4), upper, simd.mul_f64s(r4, r4));
+    let upper = fused(simd, quad(simd, 8, r, r2), pair(simd, 12, r), r4);
+    let lower = fused(simd, quad(simd, 0, r, r2), quad(simd, 4, r, r2), r4);
+    let series = fused(simd, lower, upper, simd.mul_f64s(r4, r4));
     let exponent = simd.mul_u64s(simd.transmute_u64s_f64s(shifted), simd.splat_u64s(1 << 52));
     simd.transmute_f64s_u64s(simd.add_u64s(simd.transmute_u64s_f64s(series), exponent))
+}
+
+/// a + b c, rounded twice.
+#[inline(always)]
+fn fused<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
+    simd.add_f64s(a, simd.mul_f64s(b, c))
+}
+
+/// Two terms of the series from rᵏ on, over rᵏ.
+#[inline(always)]
+fn pair<S: Simd>(simd: S, k: usize, r: S::f64s) -> S::f64s {
+    fused(simd, simd.splat_f64s(FACTORS[k]), simd.splat_f64s(FACTORS[k + 1]), r)
+}
+
+/// Four terms of the series from rᵏ on, over rᵏ.
+#[inline(always)]
+fn quad<S: Simd>(simd: S, k: usize, r: S::f64s, r2: S::f64s) -> S::f64s {
+    fused(simd, pair(simd, k, r), pair(simd, k + 2, r), r2)
 }
 
 #[cfg(test)]

@@ -198,7 +198,9 @@ impl<const N: usize> FuzzyCompensator<N> {
         let i = stage.index;
         if self.needs_norms(i) {
             for j in 0..=i {
-                (0..=j).for_each(|k| self.product(simd, state, j, k));
+                for k in 0..=j {
+                    self.product(simd, state, j, k);
+                }
             }
             return;
         }
@@ -233,11 +235,11 @@ impl<const N: usize> FuzzyCompensator<N> {
             return;
         }
         let (left, right) = (self.activation(memory, i), self.activation(memory, j));
-        stages.gram[i][j] = if self.basis.blocks() == 1 {
-            Vector::repeat(self.basis.dot(simd, left, right, 0))
-        } else {
-            Vector::from_fn(|n, _| self.basis.dot(simd, left, right, n))
-        };
+        let mut gram = Vector::repeat(self.basis.dot(simd, left, right, 0));
+        for n in 1..self.basis.blocks() {
+            gram[n] = self.basis.dot(simd, left, right, n);
+        }
+        stages.gram[i][j] = gram;
         stages.known[i] |= 1 << j;
     }
 
