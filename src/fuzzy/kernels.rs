@@ -271,7 +271,8 @@ impl WithSimd for NormSquared<'_> {
     }
 }
 
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
+#[cfg(feature = "std")]
 mod tests {
     use pulp::Scalar;
 

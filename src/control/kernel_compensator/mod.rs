@@ -20,7 +20,8 @@ mod law;
 #[cfg(feature = "std")]
 mod saved;
 mod state;
-#[cfg(all(test, feature = "std"))]
+#[cfg(test)]
+#[cfg(feature = "std")]
 mod tests;
 
 pub use state::KernelState;
