@@ -6,18 +6,21 @@ mod computed_torque;
 mod fuzzy_compensator;
 mod inputs;
 mod kernel_compensator;
+mod law;
 mod limits;
 #[cfg(feature = "std")]
 mod saved;
+mod stages;
 
 pub use adaptation::Adaptation;
 #[cfg(feature = "std")]
 pub(crate) use computed_torque::check_period;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
-pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState, MAX_STAGES};
+pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use limits::Limits;
+pub use stages::MAX_STAGES;
 
 use crate::error::Result;
 use crate::math::Vector;

@@ -3,21 +3,17 @@
 //! Over a step the weights change by a sum of rank-one terms, `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage
 //! needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the weights are read once a stage and written once a step.
 
-mod law;
 mod state;
+mod step;
 
-pub(super) use state::Stages;
-pub use state::{Buffer, FuzzyState, MAX_STAGES};
+pub use state::{Buffer, FuzzyState};
 
-use super::{Adaptation, Gains, Inputs, Sample};
+use super::law::{Law, MAX_WEIGHT};
+use super::{Adaptation, Gains, Inputs, MAX_STAGES};
 use crate::error::{Error, Result, within};
 use crate::fuzzy::kernels::{LANES, norm_squared};
 use crate::fuzzy::{Form, FuzzyBasis};
-use crate::math::Vector;
-use crate::riccati::{JointSolution, joint};
-
-/// Weights stay below this, so that their squares are finite.
-pub(super) const MAX_WEIGHT: f64 = 1e150;
+use crate::riccati::JointSolution;
 
 /// What a fuzzy compensator is made from, beside its basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +43,7 @@ impl<const N: usize> Default for FuzzyParameters<N> {
 #[derive(Clone, Debug)]
 pub struct FuzzyCompensator<const N: usize> {
     basis: FuzzyBasis,
-    parameters: FuzzyParameters<N>,
-    p: [JointSolution; N],
+    law: Law<N>,
     places: Places,
 }
 
@@ -87,14 +82,9 @@ impl<const N: usize> FuzzyCompensator<N> {
         {
             return Err(Error::WrongLength { parameter: "joints", got: joints, wanted: N });
         }
-        parameters.adaptation.validate()?;
-        let mut p = [JointSolution::default(); N];
-        for (n, solution) in p.iter_mut().enumerate() {
-            let (q1, q2) = (parameters.q_position[n], parameters.q_velocity[n]);
-            *solution = joint(gains.kp[n], gains.kv[n], q1, q2, parameters.gamma)?;
-        }
+        let law = Law::new(gains, parameters)?;
         let places = Places::new(&basis, N, parameters.adaptation.pulls());
-        Ok(Self { basis, parameters, p, places })
+        Ok(Self { basis, law, places })
     }
 
     /// The basis ξ.
@@ -104,12 +94,12 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// The parameters it was made from.
     pub fn parameters(&self) -> &FuzzyParameters<N> {
-        &self.parameters
+        &self.law.parameters
     }
 
     /// P, joint by joint.
     pub fn p(&self) -> &[JointSolution; N] {
-        &self.p
+        &self.law.p
     }
 
     /// Number of weights, N × rules (per-joint bases: N × rules of a joint).
@@ -252,19 +242,13 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// W − W₀, and W₀ where something pulls the weights to it.
     pub(super) fn matrices(&self) -> usize {
-        if self.parameters.adaptation.pulls() { 2 } else { 1 }
+        if self.law.parameters.adaptation.pulls() { 2 } else { 1 }
     }
 
     /// Block of the basis that joint n uses.
     #[inline]
     fn block_of(&self, n: usize) -> usize {
         if self.basis.blocks() == 1 { 0 } else { n }
-    }
-
-    /// s = BᵀPx [the unit of Q over 1/s²].
-    #[inline]
-    fn s(&self, sample: &Sample<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| self.p[n].p12 * sample.e[n] + self.p[n].p22 * sample.de[n])
     }
 }
 

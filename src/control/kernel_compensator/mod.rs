@@ -16,17 +16,17 @@
 //! is merged and nothing goes. Every modification of [`Adaptation`](super::Adaptation) is exact in this form.
 
 mod dictionary;
-mod law;
 #[cfg(feature = "std")]
 mod saved;
 mod state;
+mod step;
 #[cfg(test)]
 #[cfg(feature = "std")]
 mod tests;
 
 pub use state::KernelState;
 
-use self::law::Law;
+use super::law::Law;
 use super::{Buffer, FuzzyParameters, Gains, MAX_STAGES};
 use crate::error::{Error, Result, within};
 use crate::fuzzy::KernelBasis;

@@ -1,7 +1,7 @@
 //! What a kernel compensator remembers: its dictionary, and what each stage of the current step recorded.
 
 use crate::control::Buffer;
-use crate::control::fuzzy_compensator::Stages;
+use crate::control::stages::Stages;
 use crate::fuzzy::kernels::LANES;
 use crate::math::{Vector, sqrt};
 

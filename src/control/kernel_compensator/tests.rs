@@ -2,7 +2,7 @@
 
 use pulp::{Scalar, WithSimd};
 
-use super::law::{Estimate, Write};
+use super::step::{Estimate, Write};
 use super::*;
 use crate::control::{Adaptation, Compensator, Sample, Stage};
 use crate::fuzzy::Axis;

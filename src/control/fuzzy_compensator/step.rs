@@ -1,13 +1,12 @@
-//! The adaptive law, stage by stage: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, `Ẇ = drive ξᵀ − pull D`.
+//! A step over weights that are written out: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, with the law of every stage in between.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::state::{MAX_STAGES, Stages};
-use super::{Buffer, FuzzyCompensator, FuzzyState, MAX_WEIGHT, Places};
-use crate::control::{Audit, Compensator, Sample, Stage};
-use crate::error::{Error, Result};
+use super::{Buffer, FuzzyCompensator, FuzzyState, Places};
+use crate::control::{Audit, Compensator, MAX_STAGES, Sample, Stage};
+use crate::error::Result;
 use crate::fuzzy::kernels::{Term, accumulate, contract, flush};
-use crate::math::{Vector, exp, sqrt};
+use crate::math::Vector;
 
 /// Denormal weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
@@ -23,9 +22,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
     }
 
     fn hold(&self, state: &mut FuzzyState<N, B>, index: usize) {
-        state.stages.factor[index] = Vector::zeros();
-        state.stages.drive[index] = Vector::zeros();
-        state.stages.pull[index] = Vector::zeros();
+        state.stages.hold(index);
     }
 
     fn advance(&self, state: &mut FuzzyState<N, B>, end: &Stage<'_>) -> Result<()> {
@@ -33,34 +30,29 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             return Ok(());
         }
         let count = end.index;
-        self.mix(state, end);
-        let mix = &mut state.stages.mixes[count];
-        let bound = mix.norm_bound(count, &state.norms, self.basis.xi_bound());
-        if bound > MAX_WEIGHT || bound.is_nan() {
-            let wanted = "weights of at most 1e150; lower the gain";
-            return Err(Error::OutOfRange {
-                parameter: "weights",
-                index: None,
-                got: bound,
-                wanted,
-            });
-        }
-        if self.parameters.adaptation.projection_radius.is_finite() {
-            let mix = state.stages.mixes[count];
-            let norms = state.stages.norms_squared(&mix, count, &state.norms);
-            let retraction = self.parameters.adaptation.retraction(norms.sum());
-            state.stages.mixes[count].scale(retraction);
-            state.stages.retracted = retraction != 1.0;
+        let stages = &mut state.stages;
+        self.law.finish(stages, &state.norms, end, self.basis.xi_bound())?;
+        let adaptation = &self.law.parameters.adaptation;
+        if adaptation.projection_radius.is_finite() {
+            let mix = stages.mixes[count];
+            let norms = stages.norms_squared(&mix, count, &state.norms);
+            let retraction = adaptation.retraction(norms.sum());
+            stages.mixes[count].scale(retraction);
+            stages.retracted = retraction != 1.0;
         }
         Arch::new().dispatch(WriteWeights { compensator: self, state, count });
         Ok(())
     }
 
     fn carry(&self, state: &mut FuzzyState<N, B>, last: usize) -> bool {
+        if state.stages.retracted {
+            return false;
+        }
         let Places { stages, stage, .. } = self.places;
         let activations = &mut state.buffer.as_mut()[state.offset + stages..];
         activations.copy_within(last * stage..(last + 1) * stage, 0);
-        state.stages.carry(last, &state.norms)
+        state.stages.carry(last, &state.norms);
+        true
     }
 
     fn reset(&self, state: &mut FuzzyState<N, B>) {
@@ -69,33 +61,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
 
     #[inline(always)]
     fn audit(&self, state: &FuzzyState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
-        let stages = &state.stages;
-        let s = self.s(sample);
-        let leak = self.leak_rate(state);
-        let inverse_gamma = 1.0 / self.parameters.gamma;
-        let mut audit = Audit {
-            value: 0.0,
-            state_cost: 0.0,
-            s,
-            prior: stages.prior[i],
-            loss: 0.0,
-            gamma: self.parameters.gamma,
-            weights_norm: 0.0,
-        };
-        for n in 0..N {
-            let (e, de, p) = (sample.e[n], sample.de[n], &self.p[n]);
-            let stored = stages.norms[i][n] / self.parameters.adaptation.gain[n];
-            let pulled = (leak + stages.pull[i][n]) * stored;
-            let withheld = (1.0 - stages.factor[i][n]) * s[n] * stages.learnt[i][n];
-            audit.value += (p.p11 * e + 2.0 * p.p12 * de) * e + p.p22 * de * de + stored;
-            audit.state_cost +=
-                self.parameters.q_position[n] * e * e + self.parameters.q_velocity[n] * de * de;
-            audit.loss += inverse_gamma * inverse_gamma * s[n] * s[n]
-                + 2.0 * (s[n] * stages.prior[i][n] + withheld + pulled);
-        }
-        audit.loss += audit.state_cost;
-        audit.weights_norm = sqrt(stages.norms[i].sum());
-        Some(audit)
+        Some(self.law.audit(&state.stages, i, sample, state.frozen))
     }
 }
 
@@ -117,8 +83,9 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
         compensator.activate(simd, state, i, sample);
         compensator.contract(simd, state, i);
         compensator.correlate(simd, state, stage);
-        compensator.mix(state, stage);
-        compensator.learn(state, i, &compensator.s(sample));
+        let (law, frozen) = (&compensator.law, state.frozen);
+        law.mix(&mut state.stages, stage, law.leak_rate(frozen));
+        law.learn(&mut state.stages, &state.norms, i, sample, frozen);
         state.stages.prior[i] + state.stages.learnt[i]
     }
 }
@@ -152,7 +119,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         let memory = &mut state.buffer.as_mut()[state.offset..];
         let (activations, rest) = memory[stages..].split_at_mut(x - stages);
         let (x, scratch) = rest.split_at_mut(scratch - x);
-        self.parameters.inputs.gather(sample, x);
+        self.law.parameters.inputs.gather(sample, x);
         self.basis.activate(simd, x, scratch, &mut activations[i * stage..(i + 1) * stage]);
         state.stages.known[i] = 0;
     }
@@ -196,7 +163,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         stage: &Stage<'_>,
     ) {
         let i = stage.index;
-        if self.needs_norms(i) {
+        if self.law.needs_norms(i) {
             for j in 0..=i {
                 for k in 0..=j {
                     self.product(simd, state, j, k);
@@ -209,15 +176,9 @@ impl<const N: usize> FuzzyCompensator<N> {
                 self.product(simd, state, i, j);
             }
         }
-        if self.parameters.adaptation.normalization > 0.0 {
+        if self.law.parameters.adaptation.normalization > 0.0 {
             self.product(simd, state, i, i);
         }
-    }
-
-    /// Whether the size of the weights matters at stage i: to the law, or to a record between steps.
-    #[inline]
-    fn needs_norms(&self, i: usize) -> bool {
-        i == MAX_STAGES - 1 || self.parameters.adaptation.pulls()
     }
 
     /// ξᵢ·ξⱼ, unless it is known.
@@ -241,61 +202,6 @@ impl<const N: usize> FuzzyCompensator<N> {
         }
         stages.gram[i][j] = gram;
         stages.known[i] |= 1 << j;
-    }
-
-    /// (W − W₀)ξ at the stage, and the rates of the law there.
-    #[inline(always)]
-    fn learn<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, s: &Vector<N>) {
-        let stages = &mut state.stages;
-        let mix = &stages.mixes[i];
-        let mut learnt = mix.keep.component_mul(&stages.own[i]);
-        for (j, terms) in mix.terms[..i].iter().enumerate() {
-            if stages.known[i] >> j & 1 != 0 {
-                learnt += terms.component_mul(&stages.gram[i][j]);
-            }
-        }
-        stages.learnt[i] = learnt;
-        if i == 0 || self.needs_norms(i) {
-            stages.norms[i] = stages.norms_squared(mix, i, &state.norms);
-        }
-        self.record_rates(state, i, s);
-    }
-
-    #[inline(always)]
-    fn record_rates<B: Buffer>(&self, state: &mut FuzzyState<N, B>, i: usize, s: &Vector<N>) {
-        if state.frozen {
-            return self.hold(state, i);
-        }
-        let adaptation = &self.parameters.adaptation;
-        let stages = &mut state.stages;
-        let s_norm = sqrt(s.norm_squared());
-        for n in 0..N {
-            stages.factor[i][n] = adaptation.drive_factor(s_norm, stages.gram[i][i][n]);
-            stages.drive[i][n] = stages.factor[i][n] * adaptation.gain[n] * s[n];
-        }
-        if adaptation.pulls_by_state() {
-            let growth = stages.drive[i].dot(&stages.learnt[i]);
-            let pull = adaptation.pull(s_norm, &stages.norms[i], growth);
-            stages.pull[i] = Vector::from_fn(|n, _| adaptation.gain[n] * pull);
-        }
-    }
-
-    /// The weights of every joint at a stage, in terms of those at the start of the step.
-    #[inline(always)]
-    fn mix<B: Buffer>(&self, state: &mut FuzzyState<N, B>, stage: &Stage<'_>) {
-        let leak = self.leak_rate(state) * stage.step;
-        let fade = |from: f64| if leak == 0.0 { 1.0 } else { exp(-leak * (stage.node - from)) };
-        let Stages { drive, pull, mixes, .. } = &mut state.stages;
-        let (past, rest) = mixes.split_at_mut(stage.index);
-        let mix = &mut rest[0];
-        mix.keep = Vector::repeat(fade(0.0));
-        for (j, (a, &node)) in stage.coefficients.iter().zip(stage.nodes).enumerate() {
-            let weight = if *a == 0.0 { 0.0 } else { stage.step * a * fade(node) };
-            mix.terms[j] = drive[j] * weight;
-            if self.parameters.adaptation.pulls_by_state() {
-                mix.subtract(&(pull[j] * weight), &past[j], j);
-            }
-        }
     }
 
     /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
@@ -337,10 +243,5 @@ impl<const N: usize> FuzzyCompensator<N> {
     #[inline]
     fn slot<'a>(&self, activations: &'a [f64], i: usize) -> &'a [f64] {
         &activations[i * self.places.stage..(i + 1) * self.places.stage]
-    }
-
-    #[inline]
-    fn leak_rate<B: Buffer>(&self, state: &FuzzyState<N, B>) -> f64 {
-        if state.frozen { 0.0 } else { self.parameters.adaptation.leak_rate }
     }
 }

@@ -1,0 +1,162 @@
+//! A step in terms of kernels: `Wξ = keep W(t)ξ + Σ cⱼ k(xⱼ, x)`, with the law of every stage in between.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::{KernelCompensator, KernelState, Places};
+use crate::control::{Audit, Buffer, Compensator, Sample, Stage};
+use crate::error::Result;
+use crate::fuzzy::kernels::dot;
+use crate::math::Vector;
+
+impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelCompensator<N> {
+    fn estimate(
+        &self,
+        state: &mut KernelState<N, B>,
+        stage: &Stage<'_>,
+        sample: &Sample<N>,
+    ) -> Vector<N> {
+        Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
+    }
+
+    fn hold(&self, state: &mut KernelState<N, B>, index: usize) {
+        state.stages.hold(index);
+    }
+
+    fn advance(&self, state: &mut KernelState<N, B>, end: &Stage<'_>) -> Result<()> {
+        if state.frozen {
+            return Ok(());
+        }
+        let count = self.prepare(state, end)?;
+        Arch::new().dispatch(Write { compensator: self, state, count });
+        Ok(())
+    }
+
+    fn reset(&self, state: &mut KernelState<N, B>) {
+        state.clear();
+    }
+
+    fn audit(&self, state: &KernelState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
+        Some(self.law.audit(&state.stages, i, sample, state.frozen))
+    }
+}
+
+/// A stage, compiled as a whole for the instruction set at hand.
+pub(super) struct Estimate<'a, const N: usize, B> {
+    pub compensator: &'a KernelCompensator<N>,
+    pub state: &'a mut KernelState<N, B>,
+    pub stage: &'a Stage<'a>,
+    pub sample: &'a Sample<N>,
+}
+
+impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
+    type Output = Vector<N>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vector<N> {
+        let Self { compensator, state, stage, sample } = self;
+        let i = stage.index;
+        compensator.evaluate(simd, state, i, sample);
+        compensator.correlate(state, stage);
+        let (law, frozen) = (&compensator.law, state.frozen);
+        law.mix(&mut state.stages, stage, law.leak_rate(frozen));
+        law.learn(&mut state.stages, &state.norms, i, sample, frozen);
+        state.stages.learnt[i]
+    }
+}
+
+/// The end of a step, compiled in the same way.
+pub(super) struct Write<'a, const N: usize, B> {
+    pub compensator: &'a KernelCompensator<N>,
+    pub state: &'a mut KernelState<N, B>,
+    pub count: usize,
+}
+
+impl<const N: usize, B: Buffer> WithSimd for Write<'_, N, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.compensator.write(simd, self.state, self.count);
+    }
+}
+
+impl<const N: usize> KernelCompensator<N> {
+    /// The change of the weights over the step, unless it is too large; returns the number of its stages.
+    pub(super) fn prepare<B: Buffer>(
+        &self,
+        state: &mut KernelState<N, B>,
+        end: &Stage<'_>,
+    ) -> Result<usize> {
+        let count = end.index;
+        self.law.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
+        for j in 0..count {
+            (0..=j).for_each(|k| self.product(state, j, k));
+        }
+        Ok(count)
+    }
+
+    /// The memberships, the kernels with all atoms, and W(t)ξ, at stage i.
+    #[inline(always)]
+    fn evaluate<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut KernelState<N, B>,
+        i: usize,
+        sample: &Sample<N>,
+    ) {
+        let Places { row, coefficients, kernels, stages, stage, x, scratch, .. } = self.places;
+        let used = Self::used_row(state.atoms);
+        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let (dictionary, rest) = memory.split_at_mut(kernels);
+        let (rows, rest) = rest.split_at_mut(stages - kernels);
+        let (memberships, rest) = rest.split_at_mut(x - stages);
+        let (x, scratch) = rest.split_at_mut(scratch - x);
+        let x = &mut x[..self.basis.inputs()];
+        self.law.parameters.inputs.gather(sample, x);
+        let memberships = &mut memberships[i * stage..(i + 1) * stage];
+        self.basis.activate(simd, x, scratch, memberships);
+        let out = &mut rows[i * row..][..used];
+        self.basis.compare(simd, memberships, &dictionary[..used * self.basis.sets()], out);
+        for n in 0..N {
+            let own = &dictionary[coefficients + n * row..][..used];
+            state.stages.own[i][n] = state.scale[n] * dot(simd, own, out);
+        }
+        state.stages.known[i] = 0;
+    }
+
+    /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
+    #[inline(always)]
+    fn correlate<B: Buffer>(&self, state: &mut KernelState<N, B>, stage: &Stage<'_>) {
+        let i = stage.index;
+        if self.law.needs_norms(i) {
+            for j in 0..=i {
+                (0..=j).for_each(|k| self.product(state, j, k));
+            }
+            return;
+        }
+        for (j, a) in stage.coefficients.iter().enumerate() {
+            if *a != 0.0 {
+                self.product(state, i, j);
+            }
+        }
+        self.product(state, i, i);
+    }
+
+    /// ξᵢ·ξⱼ, unless it is known.
+    #[inline]
+    fn product<B: Buffer>(&self, state: &mut KernelState<N, B>, i: usize, j: usize) {
+        if state.stages.known[i] >> j & 1 != 0 {
+            return;
+        }
+        let k = self.basis.dot(self.memberships(state, i), self.memberships(state, j));
+        state.stages.gram[i][j] = Vector::repeat(k);
+        state.stages.known[i] |= 1 << j;
+    }
+
+    /// The memberships of stage i.
+    #[inline]
+    fn memberships<'a, B: Buffer>(&self, state: &'a KernelState<N, B>, i: usize) -> &'a [f64] {
+        let Places { stages, stage, .. } = self.places;
+        &state.memory()[stages + i * stage..][..stage]
+    }
+}
