@@ -46,8 +46,16 @@ KP, KV = 400.0, 40.0
 
 def bare(path, base, tip):
     """Return the URDF of the chain from base to tip alone, without meshes."""
-    source = ElementTree.parse(path).getroot()
+    try:
+        source = ElementTree.parse(path).getroot()
+    except (OSError, ElementTree.ParseError) as error:
+        raise SystemExit(f"{path}: {error}") from None
     links = {link.get("name"): link for link in source.findall("link")}
+    for option, name in (("--base", base), ("--tip", tip)):
+        if name not in links:
+            raise SystemExit(
+                f"{option} {name}: got no link of this robot, wants one of {sorted(links)}"
+            )
     into = {joint.find("child").get("link"): joint for joint in source.findall("joint")}
     robot = ElementTree.Element("robot", name=source.get("name"))
     compiler = ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler")
@@ -59,7 +67,7 @@ def bare(path, base, tip):
         if name == base:
             return ElementTree.tostring(robot, encoding="unicode")
         if name not in into:
-            raise SystemExit(f"--base {base}: no link between the root of the robot and {tip}")
+            raise SystemExit(f"--base {base}: is not on the way from the robot's root to {tip}")
         robot.append(into[name])
         name = into[name].find("parent").get("link")
 

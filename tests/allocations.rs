@@ -1,12 +1,12 @@
 //! A step allocates nothing, whatever it is given: a million of them under an allocator that counts.
-#![allow(clippy::unwrap_used, missing_docs, unsafe_code)]
+#![allow(clippy::unwrap_used, missing_docs)]
 
 mod common;
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+#[path = "common/counting.rs"]
+mod counting;
 
 use common::{Random, adaptive, everything, fresh, modified};
+use counting::calls_during;
 use steadyarm::control::{ComputedTorque, Inputs, Limits, NoCompensation, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -14,47 +14,6 @@ use steadyarm::reference::{Reference, Setpoint};
 use steadyarm::sim::{ClosedLoop, Motion, RK4};
 
 const STEPS: usize = 1_000_000;
-
-struct Counting;
-
-thread_local! {
-    /// Calls of this thread alone: the test harness has threads of its own.
-    static CALLS: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    // During the end of a thread there is nothing left to count with.
-    let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
-}
-
-// SAFETY: every call goes to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        count();
-        unsafe { System.alloc_zeroed(layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn calls_during(work: impl FnOnce()) -> usize {
-    let before = CALLS.get();
-    work();
-    CALLS.get() - before
-}
 
 /// Any sample: of an arm, of no arm, and no number at all.
 fn sample(random: &mut Random) -> [Vector<2>; 5] {

@@ -16,6 +16,14 @@ const BATCH: usize = 5;
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
 
+/// Start of the first whole lane in a buffer: cache lines are read whole from there.
+pub(crate) fn first_lane(buffer: &[f64]) -> usize {
+    match buffer.as_ptr().align_offset(LANES * size_of::<f64>()) {
+        offset if offset < LANES => offset,
+        _ => 0,
+    }
+}
+
 /// One term c u vᵀ of a change of weights.
 #[derive(Clone, Copy)]
 pub(crate) struct Term<'a> {

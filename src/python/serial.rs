@@ -4,8 +4,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert::{
-    Array1, Array2, Array3, matrices, matrix_of, numbers, owned1, owned2, scalar_or, whole,
-    wrong_shape,
+    Array1, Array2, Array3, matrices, matrix_of, numbers, owned1, owned2, renamed, scalar_or,
+    whole, wrong_shape,
 };
 use super::dispatch::for_joints;
 use super::serial_arm::{SerialArm, serial_arm};
@@ -43,6 +43,15 @@ impl PySerial {
 
     fn column<'py>(&self, py: Python<'py>, of: impl Fn(&crate::arm::Link) -> f64) -> Array1<'py> {
         owned1(py, self.arm.links().iter().map(of).collect())
+    }
+}
+
+/// The argument of `with_payload` that a parameter of the core comes from.
+fn payload(parameter: &'static str) -> &'static str {
+    match parameter.strip_prefix("payload.") {
+        Some("moments") => "inertia",
+        Some(name) => name,
+        None => parameter,
     }
 }
 
@@ -137,7 +146,9 @@ impl PySerial {
         let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
         let moments = inertia.map_or(Ok(Matrix::<3>::zeros()), moments)?;
         let mass = super::convert::scalar(mass, "mass")?;
-        let arm = self.arm.with_payload(&Inertia { mass, com, moments }).map_err(value_error)?;
+        let body = Inertia { mass, com, moments };
+        let arm =
+            self.arm.with_payload(&body).map_err(|error| value_error(renamed(error, payload)))?;
         Ok(self.changed(arm))
     }
 

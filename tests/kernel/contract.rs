@@ -1,9 +1,6 @@
 //! Seven joints on a grid of 6.1 billion rules, and the contract of a step: finite, refusals without a trace, no
 //! allocation; and what a constructor refuses.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use steadyarm::Error;
 use steadyarm::control::{
     Adaptation, FuzzyParameters, Gains, Inputs, KernelCompensator, KernelParameters, KernelState,
@@ -14,40 +11,8 @@ use steadyarm::math::Vector;
 use steadyarm::reference::Setpoint;
 
 use super::common::{Random, bits};
+use super::counting::calls_during;
 use super::scene::{self, Memory, PAPER_AXIS, fresh, joints};
-
-struct Counting;
-
-thread_local! {
-    /// Calls of this thread alone: the test harness has threads of its own.
-    static CALLS: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    // During the end of a thread there is nothing left to count with.
-    let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
-}
-
-// SAFETY: every call goes to the system's allocator as it came.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        count();
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn calls_during(work: impl FnOnce()) -> usize {
-    let before = CALLS.get();
-    work();
-    CALLS.get() - before
-}
 
 const SMALL: KernelParameters = KernelParameters { capacity: 24, merge_tolerance: 0.3 };
 

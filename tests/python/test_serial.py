@@ -232,7 +232,7 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     ),
     (ValueError, 'shipped arm: got "c3po", wants', lambda: sa.Serial.shipped("c3po")),
     (ValueError, "", lambda: sa.Serial.from_toml("format = 1\nnonsense\n")),
-    (ValueError, "payload.mass: got -1", lambda: arm(3).with_payload(-1)),
+    (ValueError, "mass: got -1", lambda: arm(3).with_payload(-1)),
     (
         ValueError,
         "inertia: got shape (2,), wants a sc",

@@ -1,7 +1,7 @@
 //! What a fuzzy compensator remembers: its weights, and what each stage of the current step recorded.
 
 use crate::control::stages::Stages;
-use crate::fuzzy::kernels::LANES;
+use crate::fuzzy::kernels::first_lane;
 use crate::math::{Vector, sqrt};
 
 /// Memory for a [`FuzzyState`].
@@ -28,10 +28,7 @@ pub struct FuzzyState<const N: usize, B> {
 
 impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     pub(super) fn over(buffer: B) -> Self {
-        let offset = match buffer.as_ref().as_ptr().align_offset(LANES * size_of::<f64>()) {
-            offset if offset < LANES => offset,
-            _ => 0,
-        };
+        let offset = first_lane(buffer.as_ref());
         let (norms, stages) = (Vector::zeros(), Stages::default());
         Self { buffer, offset, norms, prior: false, frozen: false, advances: 0, stages }
     }

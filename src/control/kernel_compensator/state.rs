@@ -2,7 +2,7 @@
 
 use crate::control::Buffer;
 use crate::control::stages::Stages;
-use crate::fuzzy::kernels::LANES;
+use crate::fuzzy::kernels::first_lane;
 use crate::math::{Vector, sqrt};
 
 /// Dictionary and scratch memory of a kernel compensator.
@@ -28,10 +28,7 @@ pub struct KernelState<const N: usize, B> {
 
 impl<const N: usize, B: Buffer> KernelState<N, B> {
     pub(super) fn over(buffer: B) -> Self {
-        let offset = match buffer.as_ref().as_ptr().align_offset(LANES * size_of::<f64>()) {
-            offset if offset < LANES => offset,
-            _ => 0,
-        };
+        let offset = first_lane(buffer.as_ref());
         let (zeros, stages) = (Vector::zeros(), Stages::default());
         Self {
             buffer,
