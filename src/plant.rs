@@ -10,6 +10,12 @@ use crate::reference::{Harmonic, Sines};
 pub trait Disturbance<const N: usize> {
     /// τ_d(q, q̇, t) [N·m], opposing the applied torque.
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N>;
+
+    /// τ_d(t) [N·m] if it depends on the time alone: stages that fall on one time then share it.
+    #[inline]
+    fn at_time(&self, _t: f64) -> Option<Vector<N>> {
+        None
+    }
 }
 
 /// No disturbance.
@@ -20,12 +26,22 @@ impl<const N: usize> Disturbance<N> for Undisturbed {
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, _: f64) -> Vector<N> {
         Vector::zeros()
     }
+
+    #[inline]
+    fn at_time(&self, _: f64) -> Option<Vector<N>> {
+        Some(Vector::zeros())
+    }
 }
 
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Disturbance<N> for Sines<N, T> {
     #[inline]
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, t: f64) -> Vector<N> {
         self.value(t)
+    }
+
+    #[inline]
+    fn at_time(&self, t: f64) -> Option<Vector<N>> {
+        Some(self.value(t))
     }
 }
 
@@ -82,7 +98,18 @@ impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
         tau: &Vector<N>,
         t: f64,
     ) -> Vector<N> {
-        let net = tau - self.disturbance.torque(q, dq, t);
-        self.arm.forward_dynamics(q, dq, &net)
+        self.acceleration_under(q, dq, tau, &self.disturbance.torque(q, dq, t))
+    }
+
+    /// The same under a known disturbance [N·m].
+    #[inline]
+    pub(crate) fn acceleration_under(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        tau: &Vector<N>,
+        disturbance: &Vector<N>,
+    ) -> Vector<N> {
+        self.arm.forward_dynamics(q, dq, &(tau - disturbance))
     }
 }

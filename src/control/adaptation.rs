@@ -76,6 +76,12 @@ impl<const N: usize> Adaptation<N> {
         self.error_modification > 0.0 || self.projection_radius.is_finite()
     }
 
+    /// Whether m, the factor of the drive, is anything but 1.
+    #[inline]
+    pub(super) fn weakens_drive(&self) -> bool {
+        self.dead_zone > 0.0 || self.normalization > 0.0
+    }
+
     /// m, the factor of the drive, for |ξ|² of the joint's rules.
     #[inline]
     pub(super) fn drive_factor(&self, s_norm: f64, xi_squared: f64) -> f64 {

@@ -117,12 +117,15 @@ impl<const N: usize> Law<N> {
     #[inline(always)]
     fn record_rates(&self, stages: &mut Stages<N>, i: usize, s: &Vector<N>) {
         let adaptation = &self.parameters.adaptation;
-        let s_norm = sqrt(s.norm_squared());
+        let (weakens, pulls) = (adaptation.weakens_drive(), adaptation.pulls_by_state());
+        let s_norm = if weakens || pulls { sqrt(s.norm_squared()) } else { 0.0 };
         for n in 0..N {
-            stages.factor[i][n] = adaptation.drive_factor(s_norm, stages.gram[i][i][n]);
-            stages.drive[i][n] = stages.factor[i][n] * adaptation.gain[n] * s[n];
+            let xi_squared = stages.gram[i][i][n];
+            let factor = if weakens { adaptation.drive_factor(s_norm, xi_squared) } else { 1.0 };
+            stages.factor[i][n] = factor;
+            stages.drive[i][n] = factor * adaptation.gain[n] * s[n];
         }
-        if adaptation.pulls_by_state() {
+        if pulls {
             let growth = stages.drive[i].dot(&stages.learnt[i]);
             let pull = adaptation.pull(s_norm, &stages.norms[i], growth);
             stages.pull[i] = Vector::from_fn(|n, _| adaptation.gain[n] * pull);

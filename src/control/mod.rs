@@ -8,6 +8,7 @@ mod inputs;
 mod kernel_compensator;
 mod law;
 mod limits;
+mod memory;
 #[cfg(feature = "std")]
 mod saved;
 mod stages;
@@ -16,10 +17,11 @@ pub use adaptation::Adaptation;
 #[cfg(feature = "std")]
 pub(crate) use computed_torque::check_period;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
-pub use fuzzy_compensator::{Buffer, FuzzyCompensator, FuzzyParameters, FuzzyState};
+pub use fuzzy_compensator::{FuzzyCompensator, FuzzyParameters, FuzzyState};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use limits::Limits;
+pub use memory::Buffer;
 pub use stages::MAX_STAGES;
 
 use crate::error::Result;

@@ -1,20 +1,22 @@
 //! The inputs of a basis with their Gaussian sets, and the memberships of all inputs at once.
 //!
-//! Inputs whose sets share a lattice stand side by side in the lanes of a register; the others go one by one.
+//! Memberships stand in tables of [`LANES`] columns, an input a column and a set a row. Inputs whose sets share a lattice
+//! share a table, which is filled a register at a time; the others go one by one.
 
 use pulp::Simd;
 
 use super::basis::{MAX_INPUTS, MAX_SETS, length};
-use super::kernels::Span;
-use super::lattice::{self, Lattice};
+use super::kernels::{LANES, Span, dot_lanes};
+use super::kronecker::Column;
+use super::lattice::Lattice;
 use super::membership::Sets;
 use crate::error::{Error, Result, within};
 
-/// Groups of inputs that are evaluated side by side at the most.
+/// Tables of inputs that are evaluated side by side at the most.
 const MAX_LATTICES: usize = 8;
 
-/// Length of the scratch memory of [`Axes::memberships`].
-pub(super) const SCRATCH_LEN: usize = lattice::SCRATCH_LEN;
+/// Tables at the most.
+const MAX_TABLES: usize = MAX_LATTICES + MAX_INPUTS / LANES;
 
 /// The Gaussian sets of one input.
 #[derive(Clone, Copy, Debug)]
@@ -30,58 +32,103 @@ pub struct Axis<'a> {
 pub(super) struct Axes {
     normalized: bool,
     inputs: usize,
-    axes: [AxisRecord; MAX_INPUTS],
+    /// The sets of each input, and where its memberships stand.
+    spans: [Span; MAX_INPUTS],
+    columns: [Column; MAX_INPUTS],
     sets: Sets,
     lattices: [Lattice; MAX_LATTICES],
-    /// Inputs that are in none of them.
-    off_lattice: [usize; MAX_INPUTS],
-    off_lattice_count: usize,
-    /// Length of all memberships.
+    /// Those of the lattices, in their order, then those of the other inputs.
+    tables: [Table; MAX_TABLES],
+    lattice_count: usize,
+    table_count: usize,
+    /// Length of all tables.
     len: usize,
 }
 
+/// Inputs side by side, one a lane; input 0 where there is none.
 #[derive(Clone, Copy, Debug)]
-struct AxisRecord {
-    /// Its sets.
+struct Table {
+    inputs: [usize; LANES],
+    used: usize,
+    /// Its memory, a row of lanes a set.
     span: Span,
-    /// Start of its memberships.
-    out: usize,
 }
 
-impl AxisRecord {
-    const NONE: Self = Self { span: Span::EMPTY, out: 0 };
+impl Table {
+    const EMPTY: Self = Self { inputs: [0; LANES], used: 0, span: Span::EMPTY };
+
+    #[inline]
+    fn inputs(&self) -> &[usize] {
+        &self.inputs[..self.used]
+    }
+
+    /// Puts an input into the next lane.
+    fn take(&mut self, input: usize) {
+        self.inputs[self.used] = input;
+        self.used += 1;
+    }
 }
 
 impl Axes {
-    /// `axes.len()` inputs; the memberships of each take a multiple of `unit` places.
+    /// `axes.len()` inputs.
     ///
     /// # Errors
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`: more
     /// than [`MAX_INPUTS`], [`MAX_SETS`].
-    pub fn new(normalized: bool, axes: &[Axis<'_>], unit: usize) -> Result<Self> {
+    pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         at_most("inputs", axes.len(), MAX_INPUTS)?;
         if axes.is_empty() {
             return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
         }
-        let mut records = [AxisRecord::NONE; MAX_INPUTS];
-        let (mut sets, mut lattices) = (Sets::NONE, [Lattice::EMPTY; MAX_LATTICES]);
-        let (mut off_lattice, mut off_lattice_count) = ([0; MAX_INPUTS], 0);
-        let (mut set_count, mut len) = (0, 0);
-        for (input, (axis, record)) in axes.iter().zip(&mut records).enumerate() {
+        let mut new = Self {
+            normalized,
+            inputs: axes.len(),
+            spans: [Span::EMPTY; MAX_INPUTS],
+            columns: [Column::EMPTY; MAX_INPUTS],
+            sets: Sets::NONE,
+            lattices: [Lattice::EMPTY; MAX_LATTICES],
+            tables: [Table::EMPTY; MAX_TABLES],
+            lattice_count: 0,
+            table_count: 0,
+            len: 0,
+        };
+        let mut set_count = 0;
+        let (mut loose, mut loose_count) = ([0; MAX_INPUTS], 0);
+        for (input, axis) in axes.iter().enumerate() {
             check_axis(axis)?;
-            record.span = Span { first: set_count, len: axis.centers.len() };
-            at_most("sets", set_count.saturating_add(record.span.len), MAX_SETS)?;
-            sets.write(record.span, axis.centers, axis.widths);
-            record.out = len;
-            if !lattices.iter_mut().any(|it| it.take(input, len, axis.centers, axis.widths)) {
-                off_lattice[off_lattice_count] = input;
-                off_lattice_count += 1;
+            let span = Span { first: set_count, len: axis.centers.len() };
+            set_count = set_count.saturating_add(span.len);
+            at_most("sets", set_count, MAX_SETS)?;
+            new.spans[input] = span;
+            new.sets.write(span, axis.centers, axis.widths);
+            let takes = |it: &mut Lattice| it.take(axis.centers, axis.widths);
+            match new.lattices.iter_mut().position(takes) {
+                Some(lattice) => new.tables[lattice].take(input),
+                None => {
+                    loose[loose_count] = input;
+                    loose_count += 1;
+                }
             }
-            len += record.span.len.next_multiple_of(unit);
-            set_count += record.span.len;
         }
-        let (inputs, axes) = (axes.len(), records);
-        Ok(Self { normalized, inputs, axes, sets, lattices, off_lattice, off_lattice_count, len })
+        new.lattice_count = new.tables.iter().take_while(|table| table.used > 0).count();
+        for (place, &input) in loose[..loose_count].iter().enumerate() {
+            new.tables[new.lattice_count + place / LANES].take(input);
+        }
+        new.lay_out();
+        Ok(new)
+    }
+
+    /// Gives every table its memory and every input its column.
+    fn lay_out(&mut self) {
+        for table in self.tables.iter_mut().take_while(|table| table.used > 0) {
+            let rows = table.inputs().iter().map(|&input| self.spans[input].len).max().unwrap_or(0);
+            table.span = Span { first: self.len, len: rows * LANES };
+            for (lane, &input) in table.inputs().iter().enumerate() {
+                self.columns[input] = Column { first: self.len + lane, len: self.spans[input].len };
+            }
+            self.len += rows * LANES;
+            self.table_count += 1;
+        }
     }
 
     /// Whether the memberships of an input are normalised to sum 1.
@@ -94,41 +141,77 @@ impl Axes {
         self.inputs
     }
 
-    /// Length of all memberships.
+    /// Number of sets of all inputs.
+    pub fn sets(&self) -> usize {
+        self.columns().iter().map(|column| column.len).sum()
+    }
+
+    /// Length of all tables of memberships, a whole number of lanes.
     pub fn len(&self) -> usize {
         self.len
     }
 
     /// Where the memberships of each input stand.
     #[inline]
-    pub fn spans(&self) -> impl Iterator<Item = Span> + '_ {
-        let records = self.axes[..self.inputs].iter();
-        records.map(|axis| Span { first: axis.out, len: axis.span.len })
+    pub fn columns(&self) -> &[Column] {
+        &self.columns[..self.inputs]
     }
 
     /// Writes the memberships of a finite x.
     #[inline(always)]
-    pub fn memberships<S: Simd>(&self, simd: S, x: &[f64], scratch: &mut [f64], out: &mut [f64]) {
-        for lattice in self.lattices.iter().take_while(|it| !it.is_empty()) {
-            if !lattice.memberships(simd, x, self.normalized, scratch, out) {
-                lattice.beyond(x).for_each(|input| self.general_memberships(input, x, out));
+    pub fn memberships<S: Simd>(&self, simd: S, x: &[f64], out: &mut [f64]) {
+        let (on_lattices, loose) = self.tables[..self.table_count].split_at(self.lattice_count);
+        for (lattice, table) in self.lattices.iter().zip(on_lattices) {
+            let mut lanes = [0.0; LANES];
+            for lane in 0..LANES {
+                lanes[lane] = x[table.inputs[lane]];
+            }
+            let rows = table.span.of_mut(out);
+            let beyond = lattice.memberships(simd, &lanes, self.normalized, rows);
+            if beyond != 0 {
+                self.one_by_one(table, beyond, x, out);
             }
         }
-        for &input in &self.off_lattice[..self.off_lattice_count] {
-            self.general_memberships(input, x, out);
+        for table in loose {
+            table.span.of_mut(out).fill(0.0);
+            self.one_by_one(table, u8::MAX, x, out);
         }
     }
 
-    fn general_memberships(&self, input: usize, x: &[f64], out: &mut [f64]) {
-        let axis = &self.axes[input];
-        let out = Span { first: axis.out, len: axis.span.len }.of_mut(out);
-        self.sets.memberships(axis.span, self.normalized, x[input], out);
+    /// Writes the memberships of the inputs of a table in these lanes, bit by bit.
+    #[cold]
+    fn one_by_one(&self, table: &Table, lanes: u8, x: &[f64], out: &mut [f64]) {
+        for (lane, &input) in table.inputs().iter().enumerate() {
+            if lanes >> lane & 1 != 0 {
+                let column = self.columns[input].span().of_mut(out);
+                self.sets.memberships(
+                    self.spans[input],
+                    self.normalized,
+                    x[input],
+                    (column, LANES),
+                );
+            }
+        }
+    }
+
+    /// Tells `visit` every input and p·p', the product of its memberships in two evaluations.
+    #[inline(always)]
+    pub fn products<S: Simd>(
+        &self,
+        simd: S,
+        (left, right): (&[f64], &[f64]),
+        mut visit: impl FnMut(usize, f64),
+    ) {
+        for table in &self.tables[..self.table_count] {
+            let sums = dot_lanes(simd, table.span.of(left), table.span.of(right));
+            table.inputs().iter().zip(sums).for_each(|(&input, sum)| visit(input, sum));
+        }
     }
 
     /// Adds the exponents of every input's sets to `out`, set by set.
     pub fn add_exponents(&self, x: &[f64], out: &mut [f64]) {
-        for (axis, &x) in self.axes[..self.inputs].iter().zip(x) {
-            self.sets.add_exponents(axis.span, x, out);
+        for (span, &x) in self.spans[..self.inputs].iter().zip(x) {
+            self.sets.add_exponents(*span, x, (out, 1));
         }
     }
 }

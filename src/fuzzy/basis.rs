@@ -14,8 +14,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::axes::{self, Axes, Axis};
-use super::kernels::{LANES, Span, dot, kronecker};
+use super::axes::{Axes, Axis};
+use super::kernels::{Activation, LANES, dot};
+use super::kronecker::{Column, kronecker};
 use super::layout::Layout;
 use super::membership::exponentials;
 use crate::error::{Error, Result, finite};
@@ -59,15 +60,8 @@ pub struct FuzzyBasis {
     form: Form,
     axes: Axes,
     /// The memberships of every input, block after block.
-    factors: [Span; MAX_INPUTS],
+    factors: [Column; MAX_INPUTS],
     layout: Layout,
-}
-
-/// One evaluated block of ξ = u ⊗ v; v is padded with zeros to whole lanes.
-#[derive(Clone, Copy)]
-pub(crate) struct Activation<'a> {
-    pub u: &'a [f64],
-    pub v: &'a [f64],
 }
 
 impl FuzzyBasis {
@@ -77,14 +71,12 @@ impl FuzzyBasis {
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`,
     /// `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`], [`MAX_RULES`]; nothing is allocated before that is known.
     pub fn new(form: Form, normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
-        let axes = Axes::new(normalized, axes, if form.is_product() { LANES } else { 1 })?;
-        let mut spans = [Span::EMPTY; MAX_INPUTS];
-        spans.iter_mut().zip(axes.spans()).for_each(|(to, span)| *to = span);
-        let (spans, counts) = (&spans[..axes.inputs()], spans.map(|span| span.len));
-        let layout = Layout::new(form, &counts[..axes.inputs()], axes.len())?;
-        let mut factors = [Span::EMPTY; MAX_INPUTS];
-        for (i, span) in spans.iter().enumerate() {
-            factors[i % layout.blocks * layout.inputs + i / layout.blocks] = *span;
+        let axes = Axes::new(normalized, axes)?;
+        let (mut sets, mut factors) = ([0; MAX_INPUTS], [Column::EMPTY; MAX_INPUTS]);
+        sets.iter_mut().zip(axes.columns()).for_each(|(to, column)| *to = column.len);
+        let layout = Layout::new(form, &sets[..axes.inputs()], axes.len())?;
+        for (i, column) in axes.columns().iter().enumerate() {
+            factors[i % layout.blocks * layout.inputs + i / layout.blocks] = *column;
         }
         Ok(Self { form, axes, factors, layout })
     }
@@ -178,7 +170,7 @@ impl FuzzyBasis {
 
     /// Length of the scratch memory of [`activate`](Self::activate).
     pub(crate) fn scratch_len(&self) -> usize {
-        (self.layout.stride.max(self.layout.outer) + LANES).max(axes::SCRATCH_LEN)
+        self.layout.stride.max(self.layout.outer.next_multiple_of(LANES)) + LANES
     }
 
     /// Block `block` of an evaluated basis.
@@ -189,20 +181,24 @@ impl FuzzyBasis {
         Activation { u: &u[..outer], v: &v[..stride] }
     }
 
-    /// ξ·ξ' in a block of two evaluated bases: for a product, one sum over the sets of each input.
+    /// ξ·ξ' of two evaluated bases for every entry of `out`, which has a block of its own or shares the only one: for a
+    /// product, one sum over the sets of each input.
     #[inline(always)]
-    pub(crate) fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64], block: usize) -> f64 {
-        if !self.form.is_product() {
-            return dot(simd, self.block(left, block).v, self.block(right, block).v);
+    pub(crate) fn dots<S: Simd>(&self, simd: S, left: &[f64], right: &[f64], out: &mut [f64]) {
+        let Layout { blocks, memberships, .. } = self.layout;
+        let tables = (&left[memberships..], &right[memberships..]);
+        if blocks > 1 {
+            out.fill(1.0);
+            self.axes.products(simd, tables, |input, sum| out[input % blocks] *= sum);
+            return;
         }
-        let memberships = self.layout.blocks * self.layout.block;
-        let (left, right) = (&left[memberships..], &right[memberships..]);
         let mut product = 1.0;
-        for factor in self.factors(block) {
-            let lanes = factor.lanes();
-            product *= dot(simd, lanes.of(left), lanes.of(right));
+        if self.form.is_product() {
+            self.axes.products(simd, tables, |_, sum| product *= sum);
+        } else {
+            product = dot(simd, self.block(left, 0).v, self.block(right, 0).v);
         }
-        product
+        out.fill(product);
     }
 
     /// Evaluates all blocks at a finite x.
@@ -214,28 +210,28 @@ impl FuzzyBasis {
         scratch: &mut [f64],
         activation: &mut [f64],
     ) {
-        let Layout { blocks, leading, outer, stride, block: size, .. } = self.layout;
+        let Layout { blocks, leading, stride, block: size, memberships, .. } = self.layout;
+        let (products, memberships) = activation.split_at_mut(memberships);
         if !self.form.is_product() {
-            activation[stride + LANES] = 1.0;
+            products[stride + LANES] = 1.0;
             return match self.form {
-                Form::Shared => self.activate_shared(x, activation),
-                _ => self.axes.memberships(simd, x, scratch, activation),
+                Form::Shared => self.activate_shared(x, products),
+                _ => self.activate_concat(simd, x, memberships, products),
             };
         }
-        let (products, memberships) = activation.split_at_mut(blocks * size);
-        self.axes.memberships(simd, x, scratch, memberships);
+        self.axes.memberships(simd, x, memberships);
         for block in 0..blocks {
             let (leading, trailing) = self.factors(block).split_at(leading);
             let place = &mut products[block * size..(block + 1) * size];
             let (v, u) = place.split_at_mut(stride + LANES);
-            kronecker(simd, memberships, leading, outer, u, scratch);
-            kronecker(simd, memberships, trailing, stride, v, scratch);
+            kronecker(simd, memberships, leading, u, scratch);
+            kronecker(simd, memberships, trailing, v, scratch);
         }
     }
 
     /// The sets of the inputs of a block.
     #[inline]
-    fn factors(&self, block: usize) -> &[Span] {
+    fn factors(&self, block: usize) -> &[Column] {
         &self.factors[block * self.layout.inputs..(block + 1) * self.layout.inputs]
     }
 
@@ -244,7 +240,20 @@ impl FuzzyBasis {
         let out = &mut activation[..rules];
         out.fill(0.0);
         self.axes.add_exponents(x, out);
-        exponentials(out, self.normalized());
+        exponentials((out, 1), self.normalized());
+    }
+
+    #[inline(always)]
+    fn activate_concat<S: Simd>(
+        &self,
+        simd: S,
+        x: &[f64],
+        memberships: &mut [f64],
+        out: &mut [f64],
+    ) {
+        self.axes.memberships(simd, x, memberships);
+        let all = self.axes.columns().iter().flat_map(|column| column.of(memberships));
+        out.iter_mut().zip(all).for_each(|(y, p)| *y = *p);
     }
 }
 

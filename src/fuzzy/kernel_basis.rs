@@ -8,8 +8,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::axes::{Axes, Axis, SCRATCH_LEN};
-use super::basis::length;
+use super::axes::{Axes, Axis};
+use super::basis::{MAX_INPUTS, length};
 use super::kernels::LANES;
 use crate::error::{Result, finite};
 use crate::math::sqrt;
@@ -30,7 +30,7 @@ impl KernelBasis {
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`: more
     /// than [`MAX_INPUTS`](super::MAX_INPUTS), [`MAX_SETS`](super::MAX_SETS). There is no limit to the rules.
     pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
-        Ok(Self { axes: Axes::new(normalized, axes, 1)? })
+        Ok(Self { axes: Axes::new(normalized, axes)? })
     }
 
     /// Whether ξ is normalised.
@@ -45,17 +45,17 @@ impl KernelBasis {
 
     /// Number of sets of all inputs, which is the number of memberships.
     pub fn sets(&self) -> usize {
-        self.axes.len()
+        self.axes.sets()
     }
 
     /// Number of rules, the product of the numbers of sets; it may fit no integer.
     pub fn rules(&self) -> f64 {
-        self.axes.spans().map(|span| span.len as f64).product()
+        self.axes.columns().iter().map(|column| column.len as f64).product()
     }
 
     /// Length of the `work` buffer of [`kernel`](Self::kernel).
     pub fn work_len(&self) -> usize {
-        2 * self.sets() + self.scratch_len()
+        2 * self.activation_len()
     }
 
     /// k(x, y) = ξ(x)·ξ(y).
@@ -68,11 +68,10 @@ impl KernelBasis {
         length("work", work.len(), self.work_len())?;
         finite("x", x)?;
         finite("y", y)?;
-        let (left, rest) = work.split_at_mut(self.sets());
-        let (right, scratch) = rest.split_at_mut(self.sets());
-        Arch::new().dispatch(Activate { basis: self, x, scratch, memberships: left });
-        Arch::new().dispatch(Activate { basis: self, x: y, scratch, memberships: right });
-        Ok(self.dot(left, right))
+        let (left, right) = work.split_at_mut(self.activation_len());
+        Arch::new().dispatch(Activate { basis: self, x, memberships: left });
+        Arch::new().dispatch(Activate { basis: self, x: y, memberships: right });
+        Ok(self.kernel_of(left, right))
     }
 
     /// An upper bound of |ξ|.
@@ -86,35 +85,28 @@ impl KernelBasis {
         4.0 * f64::EPSILON * (self.sets() + self.inputs() + 2) as f64
     }
 
-    /// Length of the scratch memory of [`activate`](Self::activate).
-    pub(crate) fn scratch_len(&self) -> usize {
-        SCRATCH_LEN
+    /// Length of an evaluated basis, a whole number of lanes.
+    pub(crate) fn activation_len(&self) -> usize {
+        self.axes.len()
     }
 
     /// Writes the memberships of a finite x.
     #[inline(always)]
-    pub(crate) fn activate<S: Simd>(
-        &self,
-        simd: S,
-        x: &[f64],
-        scratch: &mut [f64],
-        memberships: &mut [f64],
-    ) {
-        self.axes.memberships(simd, x, scratch, memberships);
+    pub(crate) fn activate<S: Simd>(&self, simd: S, x: &[f64], memberships: &mut [f64]) {
+        self.axes.memberships(simd, x, memberships);
     }
 
-    /// k of two vectors of memberships, with the same sums as [`compare`](Self::compare).
-    #[inline]
-    pub(crate) fn dot(&self, left: &[f64], right: &[f64]) -> f64 {
-        let mut product = 1.0;
-        for span in self.axes.spans() {
-            let mut sum = 0.0;
-            for (p, q) in span.of(left).iter().zip(span.of(right)) {
-                sum += p * q;
-            }
-            product *= sum;
-        }
-        product
+    /// k of two evaluated bases.
+    pub(crate) fn kernel_of(&self, left: &[f64], right: &[f64]) -> f64 {
+        Arch::new().dispatch(Dot { basis: self, left, right })
+    }
+
+    /// k of two evaluated bases, with the same sums as [`compare`](Self::compare).
+    #[inline(always)]
+    pub(crate) fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64]) -> f64 {
+        let mut sums = [0.0; MAX_INPUTS];
+        self.axes.products(simd, (left, right), |input, sum| sums[input] = sum);
+        sums[..self.inputs()].iter().product()
     }
 
     /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block, set after set, the
@@ -154,9 +146,9 @@ impl KernelBasis {
         let parts = LANES / S::F64_LANES;
         let mut atoms = atoms.map(|block| S::as_simd_f64s(block).0.chunks_exact(parts));
         let mut products = [[simd.splat_f64s(1.0); LANES]; B];
-        for span in self.axes.spans() {
+        for column in self.axes.columns() {
             let mut sums = [[simd.splat_f64s(0.0); LANES]; B];
-            for p in span.of(memberships) {
+            for p in column.of(memberships) {
                 let p = simd.splat_f64s(*p);
                 for (sums, atoms) in sums.iter_mut().zip(&mut atoms) {
                     let Some(lanes) = atoms.next() else { return };
@@ -177,16 +169,29 @@ impl KernelBasis {
         }
     }
 
-    /// Writes memberships into the place of an atom.
+    /// Writes an evaluated basis into the place of an atom.
     pub(crate) fn write_atom(&self, atoms: &mut [f64], atom: usize, memberships: &[f64]) {
         let block = self.sets() * LANES;
         let place = &mut atoms[atom / LANES * block..][..block];
-        for (lanes, p) in place.chunks_exact_mut(LANES).zip(memberships) {
+        let all = self.axes.columns().iter().flat_map(|column| column.of(memberships));
+        for (lanes, p) in place.chunks_exact_mut(LANES).zip(all) {
             lanes[atom % LANES] = *p;
         }
     }
 
-    /// Reads the memberships of an atom.
+    /// An evaluated basis from its memberships, input after input.
+    #[cfg(feature = "std")]
+    pub(crate) fn tabulate(&self, memberships: &[f64]) -> Vec<f64> {
+        let mut table = vec![0.0; self.activation_len()];
+        let mut rest = memberships.iter();
+        for column in self.axes.columns() {
+            let places = column.span().of_mut(&mut table).iter_mut().step_by(LANES);
+            places.zip(&mut rest).for_each(|(y, p)| *y = *p);
+        }
+        table
+    }
+
+    /// Reads the memberships of an atom, input after input.
     pub(crate) fn read_atom(&self, atoms: &[f64], atom: usize, memberships: &mut [f64]) {
         let block = self.sets() * LANES;
         let place = &atoms[atom / LANES * block..][..block];
@@ -199,7 +204,6 @@ impl KernelBasis {
 struct Activate<'a> {
     basis: &'a KernelBasis,
     x: &'a [f64],
-    scratch: &'a mut [f64],
     memberships: &'a mut [f64],
 }
 
@@ -208,7 +212,22 @@ impl WithSimd for Activate<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.basis.activate(simd, self.x, self.scratch, self.memberships);
+        self.basis.activate(simd, self.x, self.memberships);
+    }
+}
+
+struct Dot<'a> {
+    basis: &'a KernelBasis,
+    left: &'a [f64],
+    right: &'a [f64],
+}
+
+impl WithSimd for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
+        self.basis.dot(simd, self.left, self.right)
     }
 }
 

@@ -3,15 +3,16 @@
 //! Sums run over 8 lanes, however many a register holds; the lanes are added in a fixed order and nothing is fused,
 //! so every instruction set gives the same bits.
 
-use core::array;
-
 use pulp::{Arch, Simd, WithSimd};
 
 /// Rows of weights are whole multiples of this long.
 pub(crate) const LANES: usize = 8;
 
-/// Rows of weights that are summed, and terms that are added, side by side.
+/// Terms that are added side by side.
 const BATCH: usize = 5;
+
+/// Runs of lanes that are worked on side by side.
+pub(super) const BLOCK: usize = 4;
 
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
@@ -24,12 +25,15 @@ pub(crate) fn first_lane(buffer: &[f64]) -> usize {
     }
 }
 
-/// One term c u vᵀ of a change of weights.
+/// A vector ξ = u ⊗ v; v is padded with zeros to whole lanes.
 #[derive(Clone, Copy)]
-pub(crate) struct Term<'a> {
-    pub coefficient: f64,
+pub(crate) struct Activation<'a> {
     pub u: &'a [f64],
     pub v: &'a [f64],
+}
+
+impl Activation<'_> {
+    pub const NONE: Self = Self { u: &[], v: &[] };
 }
 
 /// A stretch of a longer array.
@@ -42,12 +46,6 @@ pub(crate) struct Span {
 impl Span {
     pub const EMPTY: Self = Self { first: 0, len: 0 };
 
-    /// The same, up to whole lanes.
-    #[inline]
-    pub fn lanes(&self) -> Self {
-        Self { first: self.first, len: self.len.next_multiple_of(LANES) }
-    }
-
     #[inline]
     pub fn of<'a, T>(&self, array: &'a [T]) -> &'a [T] {
         &array[self.first..self.first + self.len]
@@ -59,51 +57,8 @@ impl Span {
     }
 }
 
-/// out[..] = ⊗ factors, from the last factor to the first. Long rows are written in whole lanes; what a row writes too
-/// far, the next one, or the padding, covers. Zeros after it up to the length `padded`.
-///
-/// `out` and `scratch` have room for one more run of lanes.
-#[inline(always)]
-pub(crate) fn kronecker<S: Simd>(
-    simd: S,
-    memberships: &[f64],
-    factors: &[Span],
-    padded: usize,
-    out: &mut [f64],
-    scratch: &mut [f64],
-) {
-    let Some((last, others)) = factors.split_last() else {
-        out[0] = 1.0;
-        return;
-    };
-    let (mut from, mut to) = if others.len() % 2 == 0 { (out, scratch) } else { (scratch, out) };
-    let mut len = last.len;
-    from[..len].iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
-    for factor in others.iter().rev() {
-        let width = if len < LANES { len } else { len.next_multiple_of(LANES) };
-        for (row, p) in factor.of(memberships).iter().enumerate() {
-            scale(simd, *p, &from[..width], &mut to[row * len..row * len + width]);
-        }
-        len *= factor.len;
-        (from, to) = (to, from);
-    }
-    from[len..padded].fill(0.0);
-}
-
-/// y = p x. What does not fill a register goes one by one: it was just written so, and a register could not yet be
-/// read from there.
-#[inline(always)]
-fn scale<S: Simd>(simd: S, p: f64, x: &[f64], y: &mut [f64]) {
-    if x.len() < LANES {
-        return y.iter_mut().zip(x).for_each(|(y, x)| *y = p * x);
-    }
-    let p = simd.splat_f64s(p);
-    for (x, y) in S::as_simd_f64s(x).0.iter().zip(S::as_mut_simd_f64s(y).0) {
-        *y = simd.mul_f64s(p, *x);
-    }
-}
-
 /// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
+#[derive(Clone, Copy)]
 struct Sum<S: Simd>([S::f64s; LANES]);
 
 impl<S: Simd> Sum<S> {
@@ -121,76 +76,83 @@ impl<S: Simd> Sum<S> {
         self.0[part] = simd.add_f64s(self.0[part], simd.mul_f64s(a, b));
     }
 
+    /// The lanes.
+    #[inline(always)]
+    fn lanes(&self) -> [f64; LANES] {
+        let mut x = [0.0; LANES];
+        S::as_mut_simd_f64s(&mut x).0.copy_from_slice(&self.0[..Self::PARTS]);
+        x
+    }
+
     /// Adds the lanes in a fixed order.
     #[inline(always)]
     fn total(&self) -> f64 {
-        let mut x = [0.0; LANES];
-        S::as_mut_simd_f64s(&mut x).0.copy_from_slice(&self.0[..Self::PARTS]);
+        let x = self.lanes();
         ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
     }
 }
 
-/// out_n = Σ_a u_a Σ_b W_nab v_b for the matrices W_n, row-major with `v.len()` columns, one after the other.
+/// uᵀ W v for ξ = u ⊗ v and a matrix W, row-major with `v.len()` columns.
 #[inline(always)]
-pub(crate) fn contract<S: Simd>(
+pub(crate) fn contract<S: Simd>(simd: S, weights: &[f64], xi: Activation<'_>) -> f64 {
+    let mut sum = Sum::zero(simd);
+    let mut first = 0;
+    while first < xi.v.len() {
+        first += match (xi.v.len() - first) / LANES {
+            1 => columns::<S, 1>(simd, weights, first, xi, &mut sum),
+            2 => columns::<S, 2>(simd, weights, first, xi, &mut sum),
+            3 => columns::<S, 3>(simd, weights, first, xi, &mut sum),
+            _ => columns::<S, BLOCK>(simd, weights, first, xi, &mut sum),
+        };
+    }
+    sum.total()
+}
+
+/// Adds the share of `C` runs of columns from column `first` on: first over the rows, then over the columns. Returns the
+/// number of columns.
+#[inline(always)]
+fn columns<S: Simd, const C: usize>(
     simd: S,
     weights: &[f64],
-    (u, v): (&[f64], &[f64]),
-    out: &mut [f64],
-) {
-    let (mut weights, v) = (S::as_simd_f64s(weights).0, S::as_simd_f64s(v).0);
-    for out in out {
-        let mut sum = Sum::zero(simd);
-        for u in u.chunks(BATCH) {
-            weights = match *u {
-                [a, b, c, d, e] => rows(simd, weights, [a, b, c, d, e], v, &mut sum),
-                [a, b, c, d] => rows(simd, weights, [a, b, c, d], v, &mut sum),
-                [a, b, c] => rows(simd, weights, [a, b, c], v, &mut sum),
-                [a, b] => rows(simd, weights, [a, b], v, &mut sum),
-                [a] => rows(simd, weights, [a], v, &mut sum),
-                _ => weights,
-            };
-        }
-        *out = sum.total();
-    }
-}
-
-/// Adds the share of the first `R` rows; returns the others.
-#[inline(always)]
-fn rows<'a, S: Simd, const R: usize>(
-    simd: S,
-    weights: &'a [S::f64s],
-    u: [f64; R],
-    v: &[S::f64s],
+    first: usize,
+    xi: Activation<'_>,
     sum: &mut Sum<S>,
-) -> &'a [S::f64s] {
-    let u = u.map(|u| simd.splat_f64s(u));
+) -> usize {
+    let mut rows = [Sum::zero(simd); C];
     let mut rest = weights;
-    let rows: [&[S::f64s]; R] = array::from_fn(|_| {
-        let (row, others) = rest.split_at(v.len());
-        rest = others;
-        row
-    });
-    for i in 0..v.len() / Sum::<S>::PARTS {
-        for part in 0..Sum::<S>::PARTS {
-            let i = i * Sum::<S>::PARTS + part;
-            let mut column = simd.mul_f64s(u[0], rows[0][i]);
-            for r in 1..R {
-                column = simd.add_f64s(column, simd.mul_f64s(u[r], rows[r][i]));
+    for u in xi.u {
+        let (row, others) = rest.split_at(xi.v.len());
+        let (u, w) = (simd.splat_f64s(*u), runs::<S, C>(row, first));
+        for (c, row) in rows.iter_mut().enumerate() {
+            for part in 0..Sum::<S>::PARTS {
+                row.add(simd, part, u, w[c * Sum::<S>::PARTS + part]);
             }
-            sum.add(simd, part, column, v[i]);
+        }
+        rest = others;
+    }
+    let v = runs::<S, C>(xi.v, first);
+    for (c, row) in rows.iter().enumerate() {
+        for part in 0..Sum::<S>::PARTS {
+            sum.add(simd, part, row.0[part], v[c * Sum::<S>::PARTS + part]);
         }
     }
-    rest
+    C * LANES
 }
 
-/// W ← keep W + Σ c u vᵀ, row-major; returns |W|² of the result.
+/// The registers of `C` runs of a row from column `first` on.
+#[inline(always)]
+fn runs<S: Simd, const C: usize>(row: &[f64], first: usize) -> &[S::f64s] {
+    S::as_simd_f64s(&row[first..first + C * LANES]).0
+}
+
+/// W ← keep W + Σ c ξᵀ for equally many c and ξ = u ⊗ v, row-major; returns |W|² of the result.
 #[inline(always)]
 pub(crate) fn accumulate<S: Simd>(
     simd: S,
     weights: &mut [f64],
     keep: f64,
-    terms: &[Term<'_>],
+    coefficients: &[f64],
+    terms: &[Activation<'_>],
 ) -> f64 {
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
@@ -199,14 +161,13 @@ pub(crate) fn accumulate<S: Simd>(
         }
     }
     let mut squares = None;
-    for terms in terms.chunks(BATCH) {
-        squares = match *terms {
-            [a, b, c, d, e] => Some(add(simd, weights, [a, b, c, d, e])),
-            [a, b, c, d] => Some(add(simd, weights, [a, b, c, d])),
-            [a, b, c] => Some(add(simd, weights, [a, b, c])),
-            [a, b] => Some(add(simd, weights, [a, b])),
-            [a] => Some(add(simd, weights, [a])),
-            _ => None,
+    for (c, xi) in coefficients.chunks(BATCH).zip(terms.chunks(BATCH)) {
+        squares = match xi.len() {
+            5 => Some(add::<S, 5>(simd, weights, c, xi)),
+            4 => Some(add::<S, 4>(simd, weights, c, xi)),
+            3 => Some(add::<S, 3>(simd, weights, c, xi)),
+            2 => Some(add::<S, 2>(simd, weights, c, xi)),
+            _ => Some(add::<S, 1>(simd, weights, c, xi)),
         };
     }
     squares.unwrap_or_else(|| dot(simd, weights, weights))
@@ -214,30 +175,83 @@ pub(crate) fn accumulate<S: Simd>(
 
 /// Adds K terms; returns the squared norm of the result.
 #[inline(always)]
-fn add<S: Simd, const K: usize>(simd: S, weights: &mut [f64], terms: [Term<'_>; K]) -> f64 {
-    let (rows, columns) = (terms[0].u.len(), terms[0].v.len());
-    let u = terms.map(|term| &term.u[..rows]);
-    let v = terms.map(|term| S::as_simd_f64s(&term.v[..columns]).0);
-    let mut rest = S::as_mut_simd_f64s(weights).0;
+fn add<S: Simd, const K: usize>(
+    simd: S,
+    weights: &mut [f64],
+    coefficients: &[f64],
+    terms: &[Activation<'_>],
+) -> f64 {
+    let (Some(coefficients), Some(terms)) = (coefficients.first_chunk(), terms.first_chunk())
+    else {
+        return 0.0;
+    };
+    let stride = terms[0].v.len();
     let mut squares = Sum::zero(simd);
-    for a in 0..rows {
-        let (row, others) = rest.split_at_mut(v[0].len());
-        rest = others;
-        let scales: [S::f64s; K] =
-            array::from_fn(|k| simd.splat_f64s(terms[k].coefficient * u[k][a]));
-        for i in 0..v[0].len() / Sum::<S>::PARTS {
+    let mut first = 0;
+    while first < stride {
+        first += match (stride - first) / LANES {
+            1 => add_columns::<S, K, 1>(simd, weights, first, coefficients, terms, &mut squares),
+            2 => add_columns::<S, K, 2>(simd, weights, first, coefficients, terms, &mut squares),
+            3 => add_columns::<S, K, 3>(simd, weights, first, coefficients, terms, &mut squares),
+            _ => {
+                add_columns::<S, K, BLOCK>(simd, weights, first, coefficients, terms, &mut squares)
+            }
+        };
+    }
+    squares.total()
+}
+
+/// Adds the terms to `C` runs of columns from column `first` on, and the squares of the result to `squares`; returns the
+/// number of columns.
+#[inline(always)]
+fn add_columns<S: Simd, const K: usize, const C: usize>(
+    simd: S,
+    weights: &mut [f64],
+    first: usize,
+    coefficients: &[f64; K],
+    terms: &[Activation<'_>; K],
+    squares: &mut Sum<S>,
+) -> usize {
+    let (rows, stride) = (terms[0].u.len(), terms[0].v.len());
+    let (mut u, mut v) = ([&[][..]; K], [[[simd.splat_f64s(0.0); LANES]; C]; K]);
+    for k in 0..K {
+        u[k] = &terms[k].u[..rows];
+        let c = simd.splat_f64s(coefficients[k]);
+        let registers = runs::<S, C>(terms[k].v, first);
+        for run in 0..C {
             for part in 0..Sum::<S>::PARTS {
-                let i = i * Sum::<S>::PARTS + part;
-                let mut w = row[i];
-                for k in 0..K {
-                    w = simd.add_f64s(w, simd.mul_f64s(scales[k], v[k][i]));
-                }
-                row[i] = w;
-                squares.add(simd, part, w, w);
+                v[k][run][part] = simd.mul_f64s(c, registers[run * Sum::<S>::PARTS + part]);
             }
         }
     }
-    squares.total()
+    let mut sums = [Sum::zero(simd); C];
+    let mut rest = weights;
+    for a in 0..rows {
+        let (row, others) = rest.split_at_mut(stride);
+        let mut scales = [simd.splat_f64s(0.0); K];
+        for k in 0..K {
+            scales[k] = simd.splat_f64s(u[k][a]);
+        }
+        let row = S::as_mut_simd_f64s(&mut row[first..first + C * LANES]).0;
+        for (c, sum) in sums.iter_mut().enumerate() {
+            for part in 0..Sum::<S>::PARTS {
+                let i = c * Sum::<S>::PARTS + part;
+                let mut w = row[i];
+                for k in 0..K {
+                    w = simd.add_f64s(w, simd.mul_f64s(scales[k], v[k][c][part]));
+                }
+                row[i] = w;
+                sum.add(simd, part, w, w);
+            }
+        }
+        rest = others;
+    }
+    for sum in sums {
+        for part in 0..Sum::<S>::PARTS {
+            squares.0[part] = simd.add_f64s(squares.0[part], sum.0[part]);
+        }
+    }
+    C * LANES
 }
 
 /// Sets denormal weights, and those that are about to be, to zero.
@@ -252,6 +266,12 @@ pub(crate) fn flush(weights: &mut [f64]) {
 /// Σ x_i y_i over whole lanes.
 #[inline(always)]
 pub(crate) fn dot<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> f64 {
+    products(simd, left, right).total()
+}
+
+/// The products x_i y_i, added up lane by lane.
+#[inline(always)]
+fn products<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> Sum<S> {
     let mut sum = Sum::zero(simd);
     let (left, right) = (S::as_simd_f64s(left).0, S::as_simd_f64s(right).0);
     let parts = Sum::<S>::PARTS;
@@ -260,7 +280,13 @@ pub(crate) fn dot<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> f64 {
             sum.add(simd, part, x[part], y[part]);
         }
     }
-    sum.total()
+    sum
+}
+
+/// Σ x_i y_i in every lane.
+#[inline(always)]
+pub(crate) fn dot_lanes<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> [f64; LANES] {
+    products(simd, left, right).lanes()
 }
 
 /// |W|² as [`accumulate`] returns it.
@@ -282,6 +308,7 @@ impl WithSimd for NormSquared<'_> {
 #[cfg(test)]
 #[cfg(feature = "std")]
 mod tests {
+    use approx::{assert_abs_diff_eq, assert_relative_eq};
     use pulp::Scalar;
 
     use super::*;
@@ -300,26 +327,22 @@ mod tests {
             };
             let mut weights = some(2 * rows * COLUMNS, 1);
             let (u, v) = (some(8 * rows, 2), some(8 * COLUMNS, 3));
-            let mut results = vec![0.0; 2];
-            contract(simd, &weights, (&u[..rows], &v[..COLUMNS]), &mut results);
-            let terms: Vec<Term<'_>> = (0..8)
-                .map(|k| Term {
-                    coefficient: 0.1 + k as f64,
+            let xi = Activation { u: &u[..rows], v: &v[..COLUMNS] };
+            let mut results = vec![contract(simd, &weights[..rows * COLUMNS], xi)];
+            let terms: Vec<Activation<'_>> = (0..8)
+                .map(|k| Activation {
                     u: &u[k * rows..(k + 1) * rows],
                     v: &v[k * COLUMNS..(k + 1) * COLUMNS],
                 })
                 .collect();
+            let coefficients: Vec<f64> = (0..8).map(|k| 0.1 + k as f64).collect();
             for count in 0..=terms.len() {
                 let row = &mut weights[rows * COLUMNS..];
-                results.push(accumulate(simd, row, 0.9, &terms[..count]));
+                let (c, xi) = (&coefficients[..count], &terms[..count]);
+                results.push(accumulate(simd, row, 0.9, c, xi));
             }
-            let factors = [(0, 3), (8, 5), (16, 4), (24, 2)];
-            let factors = factors.map(|(first, len)| Span { first, len });
-            let (mut out, mut scratch) = (vec![0.0; 136], vec![0.0; 136]);
-            kronecker(simd, &some(32, 4), &factors, 120, &mut out, &mut scratch);
             results.push(dot(simd, &weights, &weights));
             results.extend(weights);
-            results.extend(&out[..120]);
             results
         }
     }
@@ -337,12 +360,33 @@ mod tests {
     }
 
     #[test]
-    fn kronecker_is_the_product_of_its_factors_first_slowest() {
-        let memberships = [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 7.0];
-        let memberships = [&memberships[..], &[0.0; 6]].concat();
-        let factors = [Span { first: 0, len: 3 }, Span { first: 8, len: 2 }];
-        let (mut out, mut scratch) = ([9.0; 16], [9.0; 16]);
-        kronecker(Scalar, &memberships, &factors, 8, &mut out, &mut scratch);
-        assert_eq!(out[..8], [5.0, 7.0, 10.0, 14.0, 15.0, 21.0, 0.0, 0.0]);
+    fn contraction_and_accumulation_are_those_of_the_written_out_product() {
+        for (rows, columns) in [(1, LANES), (4, 2 * LANES), (25, 4 * LANES), (3, 13 * LANES)] {
+            let some = |len: usize, seed: usize| -> Vec<f64> {
+                (0..len).map(|k| ((k * 29 + seed) % 97) as f64 / 97.0 - 0.4).collect()
+            };
+            let (mut weights, u, v) =
+                (some(rows * columns, 1), some(6 * rows, 2), some(6 * columns, 3));
+            let terms: Vec<Activation<'_>> = (0..6)
+                .map(|k| Activation { u: &u[k * rows..][..rows], v: &v[k * columns..][..columns] })
+                .collect();
+            let c = some(6, 4);
+            let written: f64 =
+                (0..rows * columns).map(|k| weights[k] * u[k / columns] * v[k % columns]).sum();
+            assert_abs_diff_eq!(contract(Scalar, &weights, terms[0]), written, epsilon = 1e-13);
+
+            let mut wanted: Vec<f64> = weights.iter().map(|w| 0.9 * w).collect();
+            for (c, xi) in c.iter().zip(&terms) {
+                for (k, w) in wanted.iter_mut().enumerate() {
+                    *w += c * xi.u[k / columns] * xi.v[k % columns];
+                }
+            }
+            let squares = accumulate(Scalar, &mut weights, 0.9, &c, &terms);
+            let norm: f64 = weights.iter().map(|w| w * w).sum();
+            assert_relative_eq!(squares, norm, max_relative = 1e-13);
+            for (w, wanted) in weights.iter().zip(&wanted) {
+                assert_abs_diff_eq!(w, wanted, epsilon = 1e-14);
+            }
+        }
     }
 }

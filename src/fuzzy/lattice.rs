@@ -29,9 +29,6 @@ const MAX_EXPONENT: f64 = 600.0;
 /// Lattices span at most this exponent, so that they reach beyond their last centre.
 const MAX_SPAN: f64 = 0.25 * MAX_EXPONENT;
 
-/// Length of the scratch memory of [`Lattice::memberships`].
-pub(super) const SCRATCH_LEN: usize = MAX_SETS * LANES;
-
 type Lanes = [f64; LANES];
 
 /// What inputs must share to stand side by side: the lattice steps k of their sets.
@@ -45,9 +42,7 @@ struct Pattern {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lattice {
     pattern: Pattern,
-    /// Number of the input in each lane, and where its memberships go.
-    inputs: [usize; LANES],
-    outs: [usize; LANES],
+    /// Lanes in use.
     used: usize,
     /// p, d/σ² and 1/2σ² of each lane.
     centers: Lanes,
@@ -62,8 +57,6 @@ pub(super) struct Lattice {
 impl Lattice {
     pub const EMPTY: Self = Self {
         pattern: Pattern { sets: 0, steps: [0; MAX_SETS] },
-        inputs: [0; LANES],
-        outs: [0; LANES],
         used: 0,
         centers: [0.0; LANES],
         slopes: [0.0; LANES],
@@ -73,7 +66,7 @@ impl Lattice {
     };
 
     /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or on another.
-    pub fn take(&mut self, input: usize, out: usize, centers: &[f64], widths: &[f64]) -> bool {
+    pub fn take(&mut self, centers: &[f64], widths: &[f64]) -> bool {
         let Some((pattern, step)) = Pattern::recognise(centers, widths) else { return false };
         if self.used == LANES || self.used > 0 && self.pattern != pattern {
             return false;
@@ -85,7 +78,6 @@ impl Lattice {
             return false;
         }
         self.pattern = pattern;
-        (self.inputs[lane], self.outs[lane]) = (input, out);
         self.centers[lane] = center;
         self.slopes[lane] = 2.0 * step * half_precision;
         self.half_precisions[lane] = half_precision;
@@ -98,80 +90,66 @@ impl Lattice {
         true
     }
 
-    /// Whether no input is in it.
-    #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.used == 0
-    }
-
-    /// Writes the memberships of all inputs; those [`beyond`](Self::beyond) reach, of which there are some if the
-    /// result is false, are to be written again.
+    /// Writes the memberships of an input in each lane, a row of lanes a set. Those beyond reach, in the lanes of the bits
+    /// that are set in the result, are to be written again.
     #[inline(always)]
     pub fn memberships<S: Simd>(
         &self,
         simd: S,
-        x: &[f64],
+        x: &[f64; LANES],
         normalized: bool,
-        scratch: &mut [f64],
-        out: &mut [f64],
-    ) -> bool {
-        let mut offsets = [0.0; LANES];
+        rows: &mut [f64],
+    ) -> u8 {
+        let rows = &mut rows.as_chunks_mut::<LANES>().0[..self.pattern.sets];
         let mut within = true;
-        for lane in 0..self.used.min(LANES) {
-            offsets[lane] = x[self.inputs[lane]] - self.centers[lane];
-            within &= offsets[lane].abs() <= self.reaches[lane];
-        }
-        let rows = &mut scratch.as_chunks_mut::<LANES>().0[..self.pattern.sets];
         for part in 0..self.used.div_ceil(S::F64_LANES) {
-            self.part(simd, part, &offsets, normalized, rows);
+            within &= self.part(simd, part, x, normalized, rows);
         }
-        for lane in 0..self.used.min(LANES) {
-            let out = &mut out[self.outs[lane]..self.outs[lane] + self.pattern.sets];
-            for (y, row) in out.iter_mut().zip(rows.iter()) {
-                *y = row[lane];
-            }
-        }
-        within
+        if within { 0 } else { self.beyond(x) }
     }
 
-    /// The inputs that are too far out.
+    /// The lanes that are too far out, bit by bit.
     #[cold]
-    pub fn beyond(&self, x: &[f64]) -> impl Iterator<Item = usize> {
-        (0..self.used).map(|lane| (lane, self.inputs[lane])).filter_map(|(lane, input)| {
-            let offset = x[input] - self.centers[lane];
-            (offset.abs() > self.reaches[lane]).then_some(input)
-        })
+    fn beyond(&self, x: &[f64; LANES]) -> u8 {
+        let far = |lane: usize| (x[lane] - self.centers[lane]).abs() > self.reaches[lane];
+        (0..self.used).filter(|&lane| far(lane)).fold(0, |lanes, lane| lanes | 1 << lane)
     }
 
-    /// The memberships of the inputs in the lanes of one register.
+    /// The memberships of the inputs in the lanes of one register; whether all are within reach.
     #[inline(always)]
     fn part<S: Simd>(
         &self,
         simd: S,
         part: usize,
-        offsets: &Lanes,
+        x: &Lanes,
         normalized: bool,
         rows: &mut [Lanes],
-    ) {
+    ) -> bool {
         let lanes = |x: &Lanes| S::as_simd_f64s(x).0[part];
-        let offset = lanes(offsets);
-        let one = simd.splat_f64s(1.0);
+        let offset = simd.sub_f64s(lanes(x), lanes(&self.centers));
+        let beyond = simd.less_than_f64s(lanes(&self.reaches), simd.abs_f64s(offset));
         let square = |x| simd.mul_f64s(x, x);
         let t = exponential(simd, simd.mul_f64s(lanes(&self.slopes), offset));
-        let powers = [t, square(t), square(square(t)), square(square(square(t)))];
+        let t2 = square(t);
+        let (mut power, mut k) = (simd.splat_f64s(1.0), 0);
         let mut sum = simd.splat_f64s(0.0);
-        for (row, (decays, k)) in rows.iter_mut().zip(self.decays.iter().zip(&self.pattern.steps)) {
-            let mut strength = lanes(decays);
-            for (digit, power) in powers.iter().enumerate() {
-                if k >> digit & 1 != 0 {
-                    strength = simd.mul_f64s(strength, *power);
-                }
+        for (row, (decays, &step)) in
+            rows.iter_mut().zip(self.decays.iter().zip(&self.pattern.steps))
+        {
+            while k + 2 <= step {
+                power = simd.mul_f64s(power, t2);
+                k += 2;
             }
+            if k < step {
+                power = simd.mul_f64s(power, t);
+                k += 1;
+            }
+            let strength = simd.mul_f64s(lanes(decays), power);
             S::as_mut_simd_f64s(row).0[part] = strength;
             sum = simd.add_f64s(sum, strength);
         }
         let scale = if normalized {
-            simd.div_f64s(one, sum)
+            simd.div_f64s(simd.splat_f64s(1.0), sum)
         } else {
             let exponent = simd.mul_f64s(square(offset), lanes(&self.half_precisions));
             exponential(simd, simd.neg_f64s(exponent))
@@ -180,6 +158,7 @@ impl Lattice {
             let strength = &mut S::as_mut_simd_f64s(row).0[part];
             *strength = simd.mul_f64s(*strength, scale);
         }
+        simd.first_true_m64s(beyond) == S::F64_LANES
     }
 }
 

@@ -4,8 +4,8 @@ use super::basis::{Form, MAX_RULES, length};
 use super::kernels::LANES;
 use crate::error::{Error, Result};
 
-/// The trailing factor v of ξ = u ⊗ v is at most this long: it stays in the first-level cache.
-const MAX_INNER: usize = 256;
+/// The trailing factor v of ξ = u ⊗ v is at most this long, unless its last input alone is longer: it stays in registers.
+const MAX_INNER: usize = 32;
 
 /// Sizes of the factors of ξ = u ⊗ v.
 #[derive(Clone, Copy, Debug)]
@@ -24,7 +24,9 @@ pub(super) struct Layout {
     pub stride: usize,
     /// Length of an evaluated block: v, u, each with room for one more run of lanes.
     pub block: usize,
-    /// Length of an evaluated basis: its blocks, and the memberships that they are products of.
+    /// Start of the memberships that the blocks are made of.
+    pub memberships: usize,
+    /// Length of an evaluated basis: its blocks, and the memberships.
     pub total: usize,
 }
 
@@ -50,9 +52,9 @@ impl Layout {
                 for own in sets {
                     length("centers", *own, sets[0])?;
                 }
-                Ok(Self::sized(1, sets.len(), 0, (1, sets[0]), 0))
+                Ok(Self::sized(1, sets.len(), 0, (1, sets[0]), memberships))
             }
-            Form::Concat => Ok(Self::sized(1, sets.len(), 0, (1, memberships), 0)),
+            Form::Concat => Ok(Self::sized(1, sets.len(), 0, (1, sets.iter().sum()), memberships)),
         }
     }
 
@@ -65,8 +67,8 @@ impl Layout {
     ) -> Self {
         let stride = inner.next_multiple_of(LANES);
         let block = stride + outer.next_multiple_of(LANES) + 2 * LANES;
-        let total = blocks * block + memberships.next_multiple_of(LANES);
-        Self { blocks, inputs, leading, outer, inner, stride, block, total }
+        let (memberships, total) = (blocks * block, blocks * block + memberships);
+        Self { blocks, inputs, leading, outer, inner, stride, block, memberships, total }
     }
 
     fn grid(blocks: usize, sets: &[usize], memberships: usize) -> Result<Self> {

@@ -4,22 +4,21 @@
 //! x is from every centre.
 
 use super::basis::MAX_SETS;
-use super::kernels::{LANES, Span};
+use super::kernels::Span;
 use crate::math::exp;
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
 const FAR: f64 = 1e100;
 
-/// The sets of all inputs, one after the other, with room to read whole lanes.
+/// The sets of all inputs, one after the other.
 #[derive(Clone, Debug)]
 pub(super) struct Sets {
-    centers: [f64; MAX_SETS + LANES],
-    inverse_widths: [f64; MAX_SETS + LANES],
+    centers: [f64; MAX_SETS],
+    inverse_widths: [f64; MAX_SETS],
 }
 
 impl Sets {
-    pub const NONE: Self =
-        Self { centers: [0.0; MAX_SETS + LANES], inverse_widths: [1.0; MAX_SETS + LANES] };
+    pub const NONE: Self = Self { centers: [0.0; MAX_SETS], inverse_widths: [1.0; MAX_SETS] };
 
     /// Writes the sets of an input.
     pub fn write(&mut self, place: Span, centers: &[f64], widths: &[f64]) {
@@ -29,41 +28,43 @@ impl Sets {
         }
     }
 
-    /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, and zeros after them. No NaN for
-    /// any finite x.
-    #[inline]
-    pub fn memberships(&self, place: Span, normalized: bool, x: f64, out: &mut [f64]) {
-        out.fill(0.0);
-        let out = &mut out[..place.len];
-        self.add_exponents(place, x, out);
-        exponentials(out, normalized);
+    /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every `stride`th entry. No NaN
+    /// for any finite x.
+    pub fn memberships(
+        &self,
+        place: Span,
+        normalized: bool,
+        x: f64,
+        (out, stride): (&mut [f64], usize),
+    ) {
+        out.iter_mut().step_by(stride).for_each(|y| *y = 0.0);
+        self.add_exponents(place, x, (out, stride));
+        exponentials((out, stride), normalized);
     }
 
-    /// Adds −½((x − c)/σ)² of each set in `place` to `out`.
-    #[inline]
-    pub fn add_exponents(&self, place: Span, x: f64, out: &mut [f64]) {
+    /// Adds −½((x − c)/σ)² of each set in `place` to every `stride`th entry.
+    pub fn add_exponents(&self, place: Span, x: f64, (out, stride): (&mut [f64], usize)) {
         let x = x.clamp(-FAR, FAR);
         let sets = place.of(&self.centers).iter().zip(place.of(&self.inverse_widths));
-        for ((center, inverse_width), y) in sets.zip(out) {
+        for ((center, inverse_width), y) in sets.zip(out.iter_mut().step_by(stride)) {
             let z = (x - center) * inverse_width;
             *y += -0.5 * z * z;
         }
     }
 }
 
-/// Replaces exponents by their exponentials, normalised to sum 1 (log-sum-exp) or raw.
-#[inline]
-pub(super) fn exponentials(out: &mut [f64], normalized: bool) {
+/// Replaces every `stride`th entry, an exponent, by its exponential, normalised to sum 1 (log-sum-exp) or raw.
+pub(super) fn exponentials((out, stride): (&mut [f64], usize), normalized: bool) {
     if !normalized {
-        out.iter_mut().for_each(|y| *y = exp(*y));
+        out.iter_mut().step_by(stride).for_each(|y| *y = exp(*y));
         return;
     }
-    let largest = out.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let largest = out.iter().step_by(stride).copied().fold(f64::NEG_INFINITY, f64::max);
     let mut sum = 0.0;
-    for y in out.iter_mut() {
+    for y in out.iter_mut().step_by(stride) {
         *y = exp(*y - largest);
         sum += *y;
     }
     let scale = 1.0 / sum;
-    out.iter_mut().for_each(|y| *y *= scale);
+    out.iter_mut().step_by(stride).for_each(|y| *y *= scale);
 }

@@ -6,6 +6,7 @@ mod axes;
 mod basis;
 mod kernel_basis;
 pub(crate) mod kernels;
+mod kronecker;
 mod lattice;
 mod layout;
 mod membership;

@@ -67,6 +67,15 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
         }
     }
 
+    #[inline]
+    fn carry(&self, state: &mut AnyState<N>, last: usize) -> bool {
+        match (self, state) {
+            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.carry(state, last),
+            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.carry(state, last),
+            _ => true,
+        }
+    }
+
     fn reset(&self, state: &mut AnyState<N>) {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.reset(state),

@@ -28,6 +28,9 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Signals are looked for this often.
 const CHECK_EVERY: Duration = Duration::from_millis(20);
 
+/// The clock is read about this often.
+const READ_EVERY: Duration = Duration::from_millis(1);
+
 /// What is really there: M q̈ + H + τ_d = τ (eq. 6), τ limited by the actuators.
 ///
 /// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable
@@ -97,18 +100,38 @@ impl PyPlant {
 }
 
 /// Looks for Ctrl-C and shows progress, now and then.
+///
+/// Reading the clock takes as long as a step of a small arm's dynamics: it is read once in so many steps, fewer the
+/// longer they take.
 pub(super) struct Monitor {
     checked: Instant,
+    /// Steps from one reading of the clock to the next, and those left.
+    stride: u32,
+    left: u32,
+    read: Instant,
     progress: Option<Py<PyAny>>,
     raised: Option<PyErr>,
 }
 
 impl Monitor {
+    fn new(progress: Option<Py<PyAny>>) -> Self {
+        let now = Instant::now();
+        Self { checked: now, stride: 1, left: 1, read: now, progress, raised: None }
+    }
+
     fn look(&mut self, t: f64) -> ControlFlow<()> {
-        if self.checked.elapsed() < CHECK_EVERY {
+        self.left -= 1;
+        if self.left > 0 {
             return ControlFlow::Continue(());
         }
-        self.checked = Instant::now();
+        let now = Instant::now();
+        let brief = now - self.read < READ_EVERY;
+        self.stride = if brief { self.stride.saturating_mul(2) } else { 1 };
+        (self.left, self.read) = (self.stride, now);
+        if now - self.checked < CHECK_EVERY {
+            return ControlFlow::Continue(());
+        }
+        self.checked = now;
         let result = Python::attach(|py| {
             if let Some(progress) = &self.progress {
                 progress.call1(py, (t,))?;
@@ -189,7 +212,7 @@ pub(super) fn simulate<'py>(
         })?;
         tracker.tracked.twin()
     };
-    let monitor = Monitor { checked: Instant::now(), progress, raised: None };
+    let monitor = Monitor::new(progress);
     twin.simulate(py, &*plant.get().planted, reference, settings, monitor)
 }
 

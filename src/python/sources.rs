@@ -53,6 +53,17 @@ impl<const N: usize> Signal for Motion<N> {
     }
 }
 
+impl<const N: usize> Motion<N> {
+    /// The signal without its derivatives.
+    #[inline]
+    fn position(&self, t: f64) -> Vector<N> {
+        match self {
+            Self::Sines(sines) => sines.value(t),
+            motion => motion.at(t).q,
+        }
+    }
+}
+
 impl<const N: usize> Reference<N> for Motion<N> {
     #[inline]
     fn at(&self, t: f64) -> Setpoint<N> {
@@ -205,8 +216,7 @@ impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         match &self.0 {
             None => Vector::zeros(),
-            Some(Source::Motion(Motion::Sines(sines))) => sines.value(t),
-            Some(Source::Motion(motion)) => motion.at(t).q,
+            Some(Source::Motion(motion)) => motion.position(t),
             Some(Source::Callback(callback)) => {
                 callback.call(Vector::repeat(f64::NAN), |function| {
                     let py = function.py();
@@ -214,6 +224,14 @@ impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
                     vector(&function.call1((q, dq, t))?, "disturbance")
                 })
             }
+        }
+    }
+    #[inline]
+    fn at_time(&self, t: f64) -> Option<Vector<N>> {
+        match &self.0 {
+            None => Some(Vector::zeros()),
+            Some(Source::Motion(motion)) => Some(motion.position(t)),
+            Some(Source::Callback(_)) => None,
         }
     }
 }

@@ -47,8 +47,8 @@ pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
     plant: &'a Plant<N, A, D>,
     controller: &'a ComputedTorque<N, B, C>,
     reference: &'a R,
-    /// Two stages often fall on one time.
-    latest: Option<(f64, Setpoint<N>)>,
+    /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on the time alone.
+    latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,
     /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
     shares: [Certificate; MAX_STAGES],
@@ -126,13 +126,17 @@ where
     where
         C: Compensator<N, S>,
     {
-        let sample = Sample::new(motion.q, motion.dq, self.setpoint(t));
+        let (setpoint, disturbance) = self.at_time(t);
+        let sample = Sample::new(motion.q, motion.dq, setpoint);
         let command = self.controller.law(state, stage, &sample);
         let applied = self.plant.applied(&command.tau);
         if command.limited || applied != command.tau {
             self.controller.compensator.hold(state, stage.index);
         }
-        let ddq = self.plant.acceleration(&motion.q, &motion.dq, &applied, t);
+        let ddq = match &disturbance {
+            Some(tau_d) => self.plant.acceleration_under(&motion.q, &motion.dq, &applied, tau_d),
+            None => self.plant.acceleration(&motion.q, &motion.dq, &applied, t),
+        };
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
         self.shares[stage.index] = Certificate::rates(&evaluation);
@@ -200,20 +204,22 @@ where
 
     /// Whether the set-point asked for last is no number.
     pub(super) fn lost_reference(&self) -> bool {
-        self.latest.is_some_and(|(_, Setpoint { q, dq, ddq })| {
+        self.latest.is_some_and(|(_, Setpoint { q, dq, ddq }, _)| {
             [q, dq, ddq].iter().any(|x| x.iter().any(|v| !v.is_finite()))
         })
     }
 
+    /// The set-point at time `t`, and the disturbance if it depends on the time alone.
     #[inline]
-    fn setpoint(&mut self, t: f64) -> Setpoint<N> {
-        if let Some((time, setpoint)) = self.latest
-            && time == t
-        {
-            return setpoint;
+    fn at_time(&mut self, t: f64) -> (Setpoint<N>, Option<Vector<N>>) {
+        match self.latest {
+            Some((time, setpoint, disturbance)) if time == t => (setpoint, disturbance),
+            _ => {
+                let (setpoint, disturbance) =
+                    (self.reference.at(t), self.plant.disturbance.at_time(t));
+                self.latest = Some((t, setpoint, disturbance));
+                (setpoint, disturbance)
+            }
         }
-        let setpoint = self.reference.at(t);
-        self.latest = Some((t, setpoint));
-        setpoint
     }
 }

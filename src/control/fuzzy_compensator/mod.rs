@@ -6,12 +6,13 @@
 mod state;
 mod step;
 
-pub use state::{Buffer, FuzzyState};
+pub use state::FuzzyState;
 
 use super::law::{Law, MAX_WEIGHT};
+use super::memory::{Buffer, Memory};
 use super::{Adaptation, Gains, Inputs, MAX_STAGES};
 use crate::error::{Error, Result, within};
-use crate::fuzzy::kernels::{LANES, norm_squared};
+use crate::fuzzy::kernels::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::riccati::JointSolution;
 
@@ -109,26 +110,21 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// Length of the buffer that a [`FuzzyState`] needs.
     pub fn buffer_len(&self) -> usize {
-        self.places.end + LANES - 1
+        Memory::<&mut [f64]>::buffer_len(self.places.end)
     }
 
     /// A state with zero weights on the heap.
     #[cfg(feature = "std")]
     pub fn state(&self) -> FuzzyState<N, Vec<f64>> {
-        FuzzyState::over(vec![0.0; self.buffer_len()])
+        FuzzyState::over(Memory::on_heap(self.places.end))
     }
 
     /// A state with zero weights in a buffer of the caller's: an array, a slice, a vector.
     ///
     /// # Errors
     /// `buffer`: shorter than [`buffer_len`](Self::buffer_len).
-    pub fn state_in<B: Buffer>(&self, mut buffer: B) -> Result<FuzzyState<N, B>> {
-        let (got, wanted) = (buffer.as_ref().len(), self.buffer_len());
-        if got < wanted {
-            return Err(Error::WrongLength { parameter: "buffer", got, wanted });
-        }
-        buffer.as_mut().fill(0.0);
-        Ok(FuzzyState::over(buffer))
+    pub fn state_in<B: Buffer>(&self, buffer: B) -> Result<FuzzyState<N, B>> {
+        Memory::new(buffer, self.places.end).map(FuzzyState::over)
     }
 
     /// Writes W, row-major (N × rules).
@@ -181,7 +177,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         matrix: usize,
         weights: &mut [f64],
     ) {
-        let place = state.memory().chunks_exact(self.matrix_len()).nth(matrix);
+        let place = state.memory.as_slice().chunks_exact(self.matrix_len()).nth(matrix);
         let rows = place.into_iter().flat_map(|m| m.chunks_exact(self.basis.row_len()));
         for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
             self.basis.add_unpacked(padded, row);
@@ -207,9 +203,8 @@ impl<const N: usize> FuzzyCompensator<N> {
         matrix: usize,
     ) {
         state.prior |= matrix == 1;
-        let FuzzyState { buffer, offset, norms, .. } = state;
-        let memory = &mut buffer.as_mut()[*offset..];
-        let place = memory.chunks_exact_mut(self.matrix_len()).nth(matrix);
+        let FuzzyState { memory, norms, .. } = state;
+        let place = memory.as_mut_slice().chunks_exact_mut(self.matrix_len()).nth(matrix);
         let rows = place.into_iter().flat_map(|m| m.chunks_exact_mut(self.basis.row_len()));
         for ((padded, row), norm) in
             rows.zip(weights.chunks_exact(self.basis.block_rules())).zip(norms.iter_mut())

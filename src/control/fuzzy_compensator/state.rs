@@ -1,21 +1,14 @@
 //! What a fuzzy compensator remembers: its weights, and what each stage of the current step recorded.
 
+use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;
-use crate::fuzzy::kernels::first_lane;
 use crate::math::{Vector, sqrt};
-
-/// Memory for a [`FuzzyState`].
-pub trait Buffer: AsRef<[f64]> + AsMut<[f64]> {}
-
-impl<B: AsRef<[f64]> + AsMut<[f64]>> Buffer for B {}
 
 /// Weights and scratch memory of a fuzzy compensator.
 #[derive(Clone, Debug)]
-pub struct FuzzyState<const N: usize, B> {
+pub struct FuzzyState<const N: usize, B: Buffer> {
     /// W − W₀, W₀ if there is one, the evaluated basis of every stage, scratch.
-    pub(super) buffer: B,
-    /// Start of the first whole lane in the buffer: cache lines are read whole from there.
-    pub(super) offset: usize,
+    pub(super) memory: Memory<B>,
     /// Squared norms |Dₙ|² of the rows of W − W₀.
     pub(super) norms: Vector<N>,
     /// Whether W₀ is not zero.
@@ -27,16 +20,9 @@ pub struct FuzzyState<const N: usize, B> {
 }
 
 impl<const N: usize, B: Buffer> FuzzyState<N, B> {
-    pub(super) fn over(buffer: B) -> Self {
-        let offset = first_lane(buffer.as_ref());
+    pub(super) fn over(memory: Memory<B>) -> Self {
         let (norms, stages) = (Vector::zeros(), Stages::default());
-        Self { buffer, offset, norms, prior: false, frozen: false, advances: 0, stages }
-    }
-
-    /// The buffer from its first whole lane on.
-    #[inline]
-    pub(super) fn memory(&self) -> &[f64] {
-        &self.buffer.as_ref()[self.offset..]
+        Self { memory, norms, prior: false, frozen: false, advances: 0, stages }
     }
 
     /// Stops adaptation; the weights stay in use as they are.
@@ -60,7 +46,7 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     }
 
     pub(super) fn clear(&mut self) {
-        self.buffer.as_mut().fill(0.0);
+        self.memory.as_mut_slice().fill(0.0);
         self.norms = Vector::zeros();
         self.prior = false;
         self.advances = 0;

@@ -2,10 +2,10 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::{Buffer, FuzzyCompensator, FuzzyState, Places};
-use crate::control::{Audit, Compensator, MAX_STAGES, Sample, Stage};
+use super::{FuzzyCompensator, FuzzyState, Places};
+use crate::control::{Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
-use crate::fuzzy::kernels::{Term, accumulate, contract, flush};
+use crate::fuzzy::kernels::{Activation, accumulate, contract, flush};
 use crate::math::Vector;
 
 /// Denormal weights are looked for once in so many steps.
@@ -49,7 +49,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             return false;
         }
         let Places { stages, stage, .. } = self.places;
-        let activations = &mut state.buffer.as_mut()[state.offset + stages..];
+        let activations = &mut state.memory.as_mut_slice()[stages..];
         activations.copy_within(last * stage..(last + 1) * stage, 0);
         state.stages.carry(last, &state.norms);
         true
@@ -66,7 +66,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
 }
 
 /// A stage, compiled as a whole for the instruction set at hand.
-struct Estimate<'a, const N: usize, B> {
+struct Estimate<'a, const N: usize, B: Buffer> {
     compensator: &'a FuzzyCompensator<N>,
     state: &'a mut FuzzyState<N, B>,
     stage: &'a Stage<'a>,
@@ -90,7 +90,7 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
     }
 }
 
-struct WriteWeights<'a, const N: usize, B> {
+struct WriteWeights<'a, const N: usize, B: Buffer> {
     compensator: &'a FuzzyCompensator<N>,
     state: &'a mut FuzzyState<N, B>,
     count: usize,
@@ -116,7 +116,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         sample: &Sample<N>,
     ) {
         let Places { stages, stage, x, scratch, .. } = self.places;
-        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let memory = state.memory.as_mut_slice();
         let (activations, rest) = memory[stages..].split_at_mut(x - stages);
         let (x, scratch) = rest.split_at_mut(scratch - x);
         self.law.parameters.inputs.gather(sample, x);
@@ -127,7 +127,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// The products of both weight matrices with the basis of stage i.
     #[inline(always)]
     fn contract<S: Simd, B: Buffer>(&self, simd: S, state: &mut FuzzyState<N, B>, i: usize) {
-        let memory = &state.buffer.as_ref()[state.offset..];
+        let memory = state.memory.as_slice();
         let activation = self.activation(memory, i);
         self.products(simd, memory, activation, &mut state.stages.own[i]);
         if state.prior {
@@ -142,15 +142,14 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     #[inline(always)]
     fn products<S: Simd>(&self, simd: S, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
-        let (weights, out) = (&memory[..self.places.matrix], out.as_mut_slice());
-        if self.basis.blocks() == 1 {
-            let xi = self.basis.block(activation, 0);
-            return contract(simd, weights, (xi.u, xi.v), out);
-        }
-        let rows = weights.chunks_exact(self.basis.row_len());
-        for (n, (row, out)) in rows.zip(out.chunks_exact_mut(1)).enumerate() {
-            let xi = self.basis.block(activation, n);
-            contract(simd, row, (xi.u, xi.v), out);
+        let (mut rest, mut xi) = (memory, self.basis.block(activation, 0));
+        for n in 0..N {
+            let (row, others) = rest.split_at(self.basis.row_len());
+            if n > 0 && self.basis.blocks() > 1 {
+                xi = self.basis.block(activation, n);
+            }
+            out[n] = contract(simd, row, xi);
+            rest = others;
         }
     }
 
@@ -190,16 +189,14 @@ impl<const N: usize> FuzzyCompensator<N> {
         i: usize,
         j: usize,
     ) {
-        let memory = &state.buffer.as_ref()[state.offset..];
+        let memory = state.memory.as_slice();
         let stages = &mut state.stages;
         if stages.known[i] >> j & 1 != 0 {
             return;
         }
         let (left, right) = (self.activation(memory, i), self.activation(memory, j));
-        let mut gram = Vector::repeat(self.basis.dot(simd, left, right, 0));
-        for n in 1..self.basis.blocks() {
-            gram[n] = self.basis.dot(simd, left, right, n);
-        }
+        let mut gram = Vector::<N>::zeros();
+        self.basis.dots(simd, left, right, gram.as_mut_slice());
         stages.gram[i][j] = gram;
         stages.known[i] |= 1 << j;
     }
@@ -213,20 +210,32 @@ impl<const N: usize> FuzzyCompensator<N> {
         count: usize,
     ) {
         let Places { matrix, stages, .. } = self.places;
-        let (weights, rest) = state.buffer.as_mut()[state.offset..].split_at_mut(matrix);
+        let (weights, rest) = state.memory.as_mut_slice().split_at_mut(matrix);
         let activations = &rest[stages - matrix..];
         let mix = &state.stages.mixes[count];
-        for (n, row) in weights.chunks_exact_mut(self.basis.row_len()).enumerate() {
-            let mut terms = [Term { coefficient: 0.0, u: &[], v: &[] }; MAX_STAGES];
-            let mut used = 0;
-            for j in (0..count).filter(|&j| mix.terms[j][n] != 0.0) {
-                let xi = self.basis.block(self.slot(activations, j), self.block_of(n));
-                terms[used] = Term { coefficient: mix.terms[j][n], u: xi.u, v: xi.v };
+        let (mut stages, mut terms) = ([0; MAX_STAGES], [Activation::NONE; MAX_STAGES]);
+        let mut used = 0;
+        for j in 0..count {
+            if mix.terms[j].iter().any(|c| *c != 0.0) {
+                (stages[used], terms[used]) = (j, self.basis.block(self.slot(activations, j), 0));
                 used += 1;
             }
-            if used > 0 || mix.keep[n] != 1.0 {
-                state.norms[n] = accumulate(simd, row, mix.keep[n], &terms[..used]);
+        }
+        let (stages, terms) = (&stages[..used], &mut terms[..used]);
+        let mut rest = &mut weights[..];
+        for n in 0..N {
+            let (row, others) = rest.split_at_mut(self.basis.row_len());
+            let mut coefficients = [0.0; MAX_STAGES];
+            for (k, &j) in stages.iter().enumerate() {
+                coefficients[k] = mix.terms[j][n];
+                if self.block_of(n) > 0 {
+                    terms[k] = self.basis.block(self.slot(activations, j), n);
+                }
             }
+            if used > 0 || mix.keep[n] != 1.0 {
+                state.norms[n] = accumulate(simd, row, mix.keep[n], &coefficients[..used], terms);
+            }
+            rest = others;
         }
         state.advances += 1;
         if state.advances.is_multiple_of(FLUSH_EVERY) {

@@ -35,6 +35,9 @@ impl<const N: usize> KernelCompensator<N> {
         state: &mut KernelState<N, B>,
         count: usize,
     ) {
+        for j in 0..count {
+            (0..=j).for_each(|k| self.product(simd, state, j, k));
+        }
         let mix = state.stages.mixes[count];
         self.fade(state, count, &mix.keep);
         for (stage, coefficient) in mix.terms[..count].iter().enumerate() {
@@ -63,7 +66,7 @@ impl<const N: usize> KernelCompensator<N> {
         for n in 0..N {
             let scale = state.scale[n];
             if scale < SMALLEST_SCALE {
-                let own = &mut state.memory_mut()[coefficients + n * row..][..row];
+                let own = &mut state.memory.as_mut_slice()[coefficients + n * row..][..row];
                 own.iter_mut().for_each(|c| *c *= scale);
                 flush(own);
                 state.scale[n] = 1.0;
@@ -79,7 +82,7 @@ impl<const N: usize> KernelCompensator<N> {
             state.errors += term.coefficient.abs() * length;
             return;
         }
-        let memory = state.memory();
+        let memory = state.memory.as_slice();
         let own = &memory[kernels + term.stage * row..][..used];
         let (atom, ratio) = nearest(simd, own, &memory[inverses..][..used]);
         let lost = (1.0 - ratio / term.size).max(0.0) + self.basis.rounding();
@@ -111,7 +114,7 @@ impl<const N: usize> KernelCompensator<N> {
     ) {
         let Places { row, coefficients, gram, gram_row, sizes, kernels, .. } = self.places;
         let used = Self::used_row(state.atoms);
-        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let memory = state.memory.as_mut_slice();
         let size = memory[sizes + atom];
         for n in 0..N {
             let place = coefficients + n * row;
@@ -142,7 +145,7 @@ impl<const N: usize> KernelCompensator<N> {
         } = self.places;
         let Term { stage: j, count, coefficient, size } = *term;
         let (atoms, used) = (state.atoms, Self::used_row(state.atoms));
-        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let memory = state.memory.as_mut_slice();
         let own = kernels + j * row;
         memory[own + atom] = size;
         memory.copy_within(own..own + used, gram + atom * gram_row);
@@ -152,7 +155,7 @@ impl<const N: usize> KernelCompensator<N> {
         memory[sizes + atom] = size;
         memory[inverses + atom] = 1.0 / size;
         let (dictionary, rest) = memory.split_at_mut(stages);
-        self.basis.write_atom(dictionary, atom, &rest[j * stage..][..self.basis.sets()]);
+        self.basis.write_atom(dictionary, atom, &rest[j * stage..][..stage]);
         for n in 0..N {
             let c = coefficient[n];
             state.norms[n] += c * (2.0 * state.stages.own[j][n] + c * size);
@@ -175,7 +178,7 @@ impl<const N: usize> KernelCompensator<N> {
     ) -> usize {
         let Places { row, coefficients, sizes, stages, .. } = self.places;
         let (atoms, scale) = (state.atoms, state.scale);
-        let (rest, squares) = state.memory_mut()[..stages].split_at_mut(stages - row);
+        let (rest, squares) = state.memory.as_mut_slice()[..stages].split_at_mut(stages - row);
         squares.fill(0.0);
         for n in 0..N {
             for (square, c) in squares.iter_mut().zip(&rest[coefficients + n * row..]) {
@@ -205,7 +208,7 @@ impl<const N: usize> KernelCompensator<N> {
         atom: usize,
     ) -> Vector<N> {
         let Places { row, coefficients, .. } = self.places;
-        let memory = state.memory();
+        let memory = state.memory.as_slice();
         Vector::from_fn(|n, _| state.scale[n] * memory[coefficients + n * row + atom])
     }
 }

@@ -27,7 +27,8 @@ mod tests;
 pub use state::KernelState;
 
 use super::law::Law;
-use super::{Buffer, FuzzyParameters, Gains, MAX_STAGES};
+use super::memory::{Buffer, Memory};
+use super::{FuzzyParameters, Gains, MAX_STAGES};
 use crate::error::{Error, Result, within};
 use crate::fuzzy::KernelBasis;
 use crate::fuzzy::kernels::LANES;
@@ -100,9 +101,8 @@ struct Places {
     /// Start of the memberships of each stage, and the length of one.
     stages: usize,
     stage: usize,
-    /// Start of the inputs x, and of scratch memory.
+    /// Start of the inputs x.
     x: usize,
-    scratch: usize,
     end: usize,
 }
 
@@ -151,26 +151,21 @@ impl<const N: usize> KernelCompensator<N> {
 
     /// Length of the buffer that a [`KernelState`] needs.
     pub fn buffer_len(&self) -> usize {
-        self.places.end + LANES - 1
+        Memory::<&mut [f64]>::buffer_len(self.places.end)
     }
 
     /// A state with an empty dictionary on the heap.
     #[cfg(feature = "std")]
     pub fn state(&self) -> KernelState<N, Vec<f64>> {
-        KernelState::over(vec![0.0; self.buffer_len()])
+        KernelState::over(Memory::on_heap(self.places.end))
     }
 
     /// A state with an empty dictionary in a buffer of the caller's: an array, a slice, a vector.
     ///
     /// # Errors
     /// `buffer`: shorter than [`buffer_len`](Self::buffer_len).
-    pub fn state_in<B: Buffer>(&self, mut buffer: B) -> Result<KernelState<N, B>> {
-        let (got, wanted) = (buffer.as_ref().len(), self.buffer_len());
-        if got < wanted {
-            return Err(Error::WrongLength { parameter: "buffer", got, wanted });
-        }
-        buffer.as_mut().fill(0.0);
-        Ok(KernelState::over(buffer))
+    pub fn state_in<B: Buffer>(&self, buffer: B) -> Result<KernelState<N, B>> {
+        Memory::new(buffer, self.places.end).map(KernelState::over)
     }
 
     /// Reads atom `k` of [`KernelState::atoms`]: writes the memberships of x_k, input after input, and returns c_k; `None`
@@ -191,7 +186,7 @@ impl<const N: usize> KernelCompensator<N> {
         if atom >= state.atoms {
             return Ok(None);
         }
-        let memory = state.memory();
+        let memory = state.memory.as_slice();
         self.basis.read_atom(memory, atom, memberships);
         Ok(Some(self.coefficient(state, atom)))
     }
@@ -213,23 +208,9 @@ impl Places {
         let inverses = sizes + row;
         let kernels = inverses + row;
         let stages = kernels + (MAX_STAGES + 1) * row;
-        let stage = basis.sets().next_multiple_of(LANES);
+        let stage = basis.activation_len();
         let x = stages + MAX_STAGES * stage;
-        let scratch = x + basis.inputs().next_multiple_of(LANES);
-        let end = scratch + basis.scratch_len();
-        Self {
-            row,
-            coefficients,
-            gram,
-            gram_row,
-            sizes,
-            inverses,
-            kernels,
-            stages,
-            stage,
-            x,
-            scratch,
-            end,
-        }
+        let end = x + basis.inputs();
+        Self { row, coefficients, gram, gram_row, sizes, inverses, kernels, stages, stage, x, end }
     }
 }

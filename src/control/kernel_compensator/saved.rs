@@ -35,9 +35,9 @@ impl<const N: usize> KernelCompensator<N> {
         let Places { row, coefficients, .. } = self.places;
         let mut memberships = vec![0.0; self.basis.sets()];
         for atom in 0..kernel.atoms {
-            self.basis.read_atom(kernel.memory(), atom, &mut memberships);
+            self.basis.read_atom(kernel.memory.as_slice(), atom, &mut memberships);
             put(&memberships);
-            (0..N).for_each(|n| put(&[kernel.memory()[coefficients + n * row + atom]]));
+            (0..N).for_each(|n| put(&[kernel.memory.as_slice()[coefficients + n * row + atom]]));
         }
         sealed(bytes)
     }
@@ -82,13 +82,14 @@ impl<const N: usize> KernelCompensator<N> {
         for _ in 0..count {
             let (memberships, coefficients) =
                 (reader.floats(self.basis.sets())?, reader.floats(N)?);
+            let evaluated = self.basis.tabulate(&memberships);
             let possible = memberships.iter().all(|p| (0.0..=1.0 + 1e-9).contains(p))
                 && coefficients.iter().all(|c| c.is_finite())
-                && self.basis.dot(&memberships, &memberships) >= SMALLEST_SIZE;
+                && self.basis.kernel_of(&evaluated, &evaluated) >= SMALLEST_SIZE;
             if !possible {
                 return Err(IMPOSSIBLE);
             }
-            atoms.push((memberships, coefficients));
+            atoms.push((evaluated, coefficients));
         }
         if !usable || !reader.rest.is_empty() {
             return Err(IMPOSSIBLE);
@@ -104,12 +105,12 @@ impl<const N: usize> KernelCompensator<N> {
     ) {
         let Places { row, coefficients, gram, gram_row, sizes, inverses, .. } = self.places;
         state.atoms = atoms.len();
-        let memory = state.memory_mut();
-        for (atom, (memberships, own)) in atoms.iter().enumerate() {
-            self.basis.write_atom(memory, atom, memberships);
+        let memory = state.memory.as_mut_slice();
+        for (atom, (evaluated, own)) in atoms.iter().enumerate() {
+            self.basis.write_atom(memory, atom, evaluated);
             own.iter().enumerate().for_each(|(n, c)| memory[coefficients + n * row + atom] = *c);
             for (other, (theirs, _)) in atoms[..=atom].iter().enumerate() {
-                let k = self.basis.dot(memberships, theirs);
+                let k = self.basis.kernel_of(evaluated, theirs);
                 memory[gram + atom * gram_row + other] = k;
                 memory[gram + other * gram_row + atom] = k;
             }

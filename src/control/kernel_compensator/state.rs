@@ -1,17 +1,14 @@
 //! What a kernel compensator remembers: its dictionary, and what each stage of the current step recorded.
 
-use crate::control::Buffer;
+use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;
-use crate::fuzzy::kernels::first_lane;
 use crate::math::{Vector, sqrt};
 
 /// Dictionary and scratch memory of a kernel compensator.
 #[derive(Clone, Debug)]
-pub struct KernelState<const N: usize, B> {
+pub struct KernelState<const N: usize, B: Buffer> {
     /// Atoms, coefficients, kernels of the atoms, kernels and memberships of every stage, scratch.
-    pub(super) buffer: B,
-    /// Start of the first whole lane in the buffer: cache lines are read whole from there.
-    pub(super) offset: usize,
+    pub(super) memory: Memory<B>,
     /// Number of atoms.
     pub(super) atoms: usize,
     /// What the coefficients of each joint are multiplied by: they all fade alike.
@@ -27,12 +24,10 @@ pub struct KernelState<const N: usize, B> {
 }
 
 impl<const N: usize, B: Buffer> KernelState<N, B> {
-    pub(super) fn over(buffer: B) -> Self {
-        let offset = first_lane(buffer.as_ref());
+    pub(super) fn over(memory: Memory<B>) -> Self {
         let (zeros, stages) = (Vector::zeros(), Stages::default());
         Self {
-            buffer,
-            offset,
+            memory,
             atoms: 0,
             scale: Vector::repeat(1.0),
             norms: zeros,
@@ -42,17 +37,6 @@ impl<const N: usize, B: Buffer> KernelState<N, B> {
             frozen: false,
             stages,
         }
-    }
-
-    /// The buffer from its first whole lane on.
-    #[inline]
-    pub(super) fn memory(&self) -> &[f64] {
-        &self.buffer.as_ref()[self.offset..]
-    }
-
-    #[inline]
-    pub(super) fn memory_mut(&mut self) -> &mut [f64] {
-        &mut self.buffer.as_mut()[self.offset..]
     }
 
     /// Number of atoms in the dictionary.
@@ -97,7 +81,7 @@ impl<const N: usize, B: Buffer> KernelState<N, B> {
     }
 
     pub(super) fn clear(&mut self) {
-        self.buffer.as_mut().fill(0.0);
+        self.memory.as_mut_slice().fill(0.0);
         (self.atoms, self.merged, self.dropped) = (0, 0, 0);
         self.scale = Vector::repeat(1.0);
         (self.norms, self.errors) = (Vector::zeros(), Vector::zeros());

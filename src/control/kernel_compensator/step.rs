@@ -26,7 +26,8 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         if state.frozen {
             return Ok(());
         }
-        let count = self.prepare(state, end)?;
+        let count = end.index;
+        self.law.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
         Arch::new().dispatch(Write { compensator: self, state, count });
         Ok(())
     }
@@ -41,7 +42,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
 }
 
 /// A stage, compiled as a whole for the instruction set at hand.
-pub(super) struct Estimate<'a, const N: usize, B> {
+pub(super) struct Estimate<'a, const N: usize, B: Buffer> {
     pub compensator: &'a KernelCompensator<N>,
     pub state: &'a mut KernelState<N, B>,
     pub stage: &'a Stage<'a>,
@@ -56,7 +57,7 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
         let Self { compensator, state, stage, sample } = self;
         let i = stage.index;
         compensator.evaluate(simd, state, i, sample);
-        compensator.correlate(state, stage);
+        compensator.correlate(simd, state, stage);
         let (law, frozen) = (&compensator.law, state.frozen);
         law.mix(&mut state.stages, stage, law.leak_rate(frozen));
         law.learn(&mut state.stages, &state.norms, i, sample, frozen);
@@ -65,7 +66,7 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
 }
 
 /// The end of a step, compiled in the same way.
-pub(super) struct Write<'a, const N: usize, B> {
+pub(super) struct Write<'a, const N: usize, B: Buffer> {
     pub compensator: &'a KernelCompensator<N>,
     pub state: &'a mut KernelState<N, B>,
     pub count: usize,
@@ -81,20 +82,6 @@ impl<const N: usize, B: Buffer> WithSimd for Write<'_, N, B> {
 }
 
 impl<const N: usize> KernelCompensator<N> {
-    /// The change of the weights over the step, unless it is too large; returns the number of its stages.
-    pub(super) fn prepare<B: Buffer>(
-        &self,
-        state: &mut KernelState<N, B>,
-        end: &Stage<'_>,
-    ) -> Result<usize> {
-        let count = end.index;
-        self.law.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
-        for j in 0..count {
-            (0..=j).for_each(|k| self.product(state, j, k));
-        }
-        Ok(count)
-    }
-
     /// The memberships, the kernels with all atoms, and W(t)ξ, at stage i.
     #[inline(always)]
     fn evaluate<S: Simd, B: Buffer>(
@@ -104,17 +91,16 @@ impl<const N: usize> KernelCompensator<N> {
         i: usize,
         sample: &Sample<N>,
     ) {
-        let Places { row, coefficients, kernels, stages, stage, x, scratch, .. } = self.places;
+        let Places { row, coefficients, kernels, stages, stage, x, .. } = self.places;
         let used = Self::used_row(state.atoms);
-        let memory = &mut state.buffer.as_mut()[state.offset..];
+        let memory = state.memory.as_mut_slice();
         let (dictionary, rest) = memory.split_at_mut(kernels);
         let (rows, rest) = rest.split_at_mut(stages - kernels);
-        let (memberships, rest) = rest.split_at_mut(x - stages);
-        let (x, scratch) = rest.split_at_mut(scratch - x);
+        let (memberships, x) = rest.split_at_mut(x - stages);
         let x = &mut x[..self.basis.inputs()];
         self.law.parameters.inputs.gather(sample, x);
         let memberships = &mut memberships[i * stage..(i + 1) * stage];
-        self.basis.activate(simd, x, scratch, memberships);
+        self.basis.activate(simd, x, memberships);
         let out = &mut rows[i * row..][..used];
         self.basis.compare(simd, memberships, &dictionary[..used * self.basis.sets()], out);
         for n in 0..N {
@@ -126,29 +112,40 @@ impl<const N: usize> KernelCompensator<N> {
 
     /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
     #[inline(always)]
-    fn correlate<B: Buffer>(&self, state: &mut KernelState<N, B>, stage: &Stage<'_>) {
+    fn correlate<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut KernelState<N, B>,
+        stage: &Stage<'_>,
+    ) {
         let i = stage.index;
         if self.law.needs_norms(i) {
             for j in 0..=i {
-                (0..=j).for_each(|k| self.product(state, j, k));
+                (0..=j).for_each(|k| self.product(simd, state, j, k));
             }
             return;
         }
         for (j, a) in stage.coefficients.iter().enumerate() {
             if *a != 0.0 {
-                self.product(state, i, j);
+                self.product(simd, state, i, j);
             }
         }
-        self.product(state, i, i);
+        self.product(simd, state, i, i);
     }
 
     /// ξᵢ·ξⱼ, unless it is known.
-    #[inline]
-    fn product<B: Buffer>(&self, state: &mut KernelState<N, B>, i: usize, j: usize) {
+    #[inline(always)]
+    pub(super) fn product<S: Simd, B: Buffer>(
+        &self,
+        simd: S,
+        state: &mut KernelState<N, B>,
+        i: usize,
+        j: usize,
+    ) {
         if state.stages.known[i] >> j & 1 != 0 {
             return;
         }
-        let k = self.basis.dot(self.memberships(state, i), self.memberships(state, j));
+        let k = self.basis.dot(simd, self.memberships(state, i), self.memberships(state, j));
         state.stages.gram[i][j] = Vector::repeat(k);
         state.stages.known[i] |= 1 << j;
     }
@@ -157,6 +154,6 @@ impl<const N: usize> KernelCompensator<N> {
     #[inline]
     fn memberships<'a, B: Buffer>(&self, state: &'a KernelState<N, B>, i: usize) -> &'a [f64] {
         let Places { stages, stage, .. } = self.places;
-        &state.memory()[stages + i * stage..][..stage]
+        &state.memory.as_slice()[stages + i * stage..][..stage]
     }
 }

@@ -2,7 +2,7 @@
 
 use steadyarm::Result;
 use steadyarm::arm::TwoLink;
-use steadyarm::control::{ComputedTorque, FuzzyCompensator, FuzzyState, Limits, State};
+use steadyarm::control::{Buffer, ComputedTorque, FuzzyCompensator, FuzzyState, Limits, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::paper::{self, Reading};
@@ -13,13 +13,13 @@ pub const MEMORY: usize = 4096;
 
 const PERIOD: f64 = 1e-3;
 
-pub struct Tracker<B> {
+pub struct Tracker<B: Buffer> {
     controller: ComputedTorque<2, TwoLink, FuzzyCompensator<2>>,
     reference: paper::PaperSines,
     state: State<2, FuzzyState<2, B>>,
 }
 
-pub fn tracker<B: AsRef<[f64]> + AsMut<[f64]>>(memory: B) -> Result<Tracker<B>> {
+pub fn tracker<B: Buffer>(memory: B) -> Result<Tracker<B>> {
     let reading = Reading { form: Form::Grid, normalized: true, gain: 700.0 };
     let limits = Limits { effort_limit: [30.0; 2], effort_rate_limit: [2000.0; 2] };
     let controller = paper::controller(reading)?.with_limits(limits)?;
@@ -27,11 +27,7 @@ pub fn tracker<B: AsRef<[f64]> + AsMut<[f64]>>(memory: B) -> Result<Tracker<B>> 
     Ok(Tracker { controller, reference: paper::reference()?, state })
 }
 
-pub fn step<B: AsRef<[f64]> + AsMut<[f64]>>(
-    tracker: &mut Tracker<B>,
-    q: [f64; 2],
-    dq: [f64; 2],
-) -> Result<[f64; 2]> {
+pub fn step<B: Buffer>(tracker: &mut Tracker<B>, q: [f64; 2], dq: [f64; 2]) -> Result<[f64; 2]> {
     let Tracker { controller, reference, state } = tracker;
     let desired = reference.at(state.steps as f64 * PERIOD);
     let (q, dq) = (Vector::<2>::from(q), Vector::<2>::from(dq));

@@ -1,0 +1,68 @@
+//! The memory of a compensator, lent by the caller, in whole cache lines: a register read across two lines costs twice.
+
+use crate::error::{Error, Result};
+use crate::fuzzy::kernels::{LANES, first_lane};
+
+/// Memory for a compensator's state: an array, a slice, a vector.
+pub trait Buffer: AsRef<[f64]> + AsMut<[f64]> {}
+
+impl<B: AsRef<[f64]> + AsMut<[f64]>> Buffer for B {}
+
+/// A buffer with the start of its first whole line.
+#[derive(Debug)]
+pub(super) struct Memory<B> {
+    buffer: B,
+    offset: usize,
+    len: usize,
+}
+
+impl<B: Buffer> Memory<B> {
+    /// Length of the buffer that memory of `len` numbers needs.
+    pub fn buffer_len(len: usize) -> usize {
+        len + LANES - 1
+    }
+
+    /// Memory of `len` zeros.
+    ///
+    /// # Errors
+    /// `buffer`: shorter than [`buffer_len`](Self::buffer_len).
+    pub fn new(mut buffer: B, len: usize) -> Result<Self> {
+        let (got, wanted) = (buffer.as_ref().len(), Self::buffer_len(len));
+        if got < wanted {
+            return Err(Error::WrongLength { parameter: "buffer", got, wanted });
+        }
+        buffer.as_mut().fill(0.0);
+        let offset = first_lane(buffer.as_ref());
+        Ok(Self { buffer, offset, len })
+    }
+
+    #[inline]
+    pub fn as_slice(&self) -> &[f64] {
+        &self.buffer.as_ref()[self.offset..][..self.len]
+    }
+
+    #[inline]
+    pub fn as_mut_slice(&mut self) -> &mut [f64] {
+        &mut self.buffer.as_mut()[self.offset..][..self.len]
+    }
+}
+
+#[cfg(feature = "std")]
+impl Memory<Vec<f64>> {
+    /// Memory of `len` zeros on the heap.
+    pub fn on_heap(len: usize) -> Self {
+        let buffer = vec![0.0; Self::buffer_len(len)];
+        let offset = first_lane(&buffer);
+        Self { buffer, offset, len }
+    }
+}
+
+impl<B: Buffer + Clone> Clone for Memory<B> {
+    /// The same numbers, in the lines of the new buffer.
+    fn clone(&self) -> Self {
+        let mut buffer = self.buffer.clone();
+        let offset = first_lane(buffer.as_ref());
+        buffer.as_mut().copy_within(self.offset..self.offset + self.len, offset);
+        Self { buffer, offset, len: self.len }
+    }
+}

@@ -1,0 +1,170 @@
+//! The product of all combinations of sets, ξ = ⊗ᵢ pᵢ, from the memberships in their tables.
+
+use pulp::Simd;
+
+use super::kernels::{BLOCK, LANES, Span};
+
+/// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Column {
+    pub first: usize,
+    pub len: usize,
+}
+
+impl Column {
+    pub const EMPTY: Self = Self { first: 0, len: 0 };
+
+    #[inline]
+    pub fn of<'a>(&self, memberships: &'a [f64]) -> impl Iterator<Item = &'a f64> {
+        memberships[self.first..].iter().step_by(LANES).take(self.len)
+    }
+
+    /// The stretch of memory from the first entry to the last.
+    #[inline]
+    pub fn span(&self) -> Span {
+        Span { first: self.first, len: (self.len * LANES + 1).saturating_sub(LANES) }
+    }
+}
+
+/// out[..] = ⊗ factors, from the last factor to the first, then zeros up to whole lanes. Rows are written in whole lanes;
+/// what a row writes too far, the next one, or the zeros, cover.
+///
+/// `out` and `scratch` have room for one more run of lanes.
+#[inline(always)]
+pub(crate) fn kronecker<S: Simd>(
+    simd: S,
+    memberships: &[f64],
+    factors: &[Column],
+    out: &mut [f64],
+    scratch: &mut [f64],
+) {
+    let [others @ .., second, last] = factors else {
+        let column = factors.first().into_iter().flat_map(|column| column.of(memberships));
+        out[0] = 1.0;
+        out.iter_mut().zip(column).for_each(|(y, p)| *y = *p);
+        let len = factors.first().map_or(1, |column| column.len);
+        return out[len..len + LANES].fill(0.0);
+    };
+    let (mut from, mut to) = if others.len() % 2 == 0 { (out, scratch) } else { (scratch, out) };
+    match last.len {
+        2 => pair::<2>(memberships, *second, *last, from),
+        3 => pair::<3>(memberships, *second, *last, from),
+        4 => pair::<4>(memberships, *second, *last, from),
+        5 => pair::<5>(memberships, *second, *last, from),
+        6 => pair::<6>(memberships, *second, *last, from),
+        7 => pair::<7>(memberships, *second, *last, from),
+        _ => long_pair(memberships, *second, *last, from),
+    }
+    let mut len = second.len * last.len;
+    for factor in others.iter().rev() {
+        let runs = S::as_simd_f64s(&from[..len.next_multiple_of(LANES)]).0.as_chunks::<BLOCK>();
+        let (mut rows, mut place) = (&mut to[..], factor.first);
+        for _ in 0..factor.len {
+            scale(simd, memberships[place], runs, rows);
+            place += LANES;
+            rows = &mut rows[len..];
+        }
+        len *= factor.len;
+        (from, to) = (to, from);
+    }
+    from[len..len + LANES].copy_from_slice(&[0.0; LANES]);
+}
+
+/// out[..] = left ⊗ right for a right factor of L sets, which stays in registers.
+#[inline(always)]
+fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &mut [f64]) {
+    let mut row = [0.0; L];
+    for set in 0..L {
+        row[set] = memberships[right.first + set * LANES];
+    }
+    let (mut place, mut rest) = (left.first, out);
+    for _ in 0..left.len {
+        let p = memberships[place];
+        let Some((to, others)) = rest.split_first_chunk_mut::<L>() else { return };
+        for set in 0..L {
+            to[set] = p * row[set];
+        }
+        (place, rest) = (place + LANES, others);
+    }
+}
+
+/// As [`pair`], for a factor of any length.
+fn long_pair(memberships: &[f64], left: Column, right: Column, out: &mut [f64]) {
+    for (row, p) in out.chunks_exact_mut(right.len).zip(left.of(memberships)) {
+        row.iter_mut().zip(right.of(memberships)).for_each(|(y, q)| *y = p * q);
+    }
+}
+
+/// y = p x, over the length of x.
+#[inline(always)]
+fn scale<S: Simd>(
+    simd: S,
+    p: f64,
+    (blocks, rest): (&[[S::f64s; BLOCK]], &[S::f64s]),
+    y: &mut [f64],
+) {
+    let p = simd.splat_f64s(p);
+    let (y, last) = S::as_mut_simd_f64s(y).0.split_at_mut(blocks.len() * BLOCK);
+    for (x, y) in blocks.iter().zip(y.as_chunks_mut::<BLOCK>().0) {
+        for i in 0..BLOCK {
+            y[i] = simd.mul_f64s(p, x[i]);
+        }
+    }
+    for (x, y) in rest.iter().zip(last) {
+        *y = simd.mul_f64s(p, *x);
+    }
+}
+
+#[cfg(test)]
+#[cfg(feature = "std")]
+mod tests {
+    use approx::assert_relative_eq;
+    use pulp::{Arch, Scalar, WithSimd};
+
+    use super::*;
+
+    /// Inputs with these numbers of sets, side by side.
+    fn columns_of(sets: &[usize]) -> Vec<Column> {
+        sets.iter().enumerate().map(|(first, &len)| Column { first, len }).collect()
+    }
+
+    struct Product<'a>(&'a [f64], &'a [Column], usize);
+
+    impl WithSimd for Product<'_> {
+        type Output = Vec<f64>;
+
+        fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
+            let (mut out, mut scratch) = (vec![9.0; self.2], vec![9.0; self.2]);
+            kronecker(simd, self.0, self.1, &mut out, &mut scratch);
+            out
+        }
+    }
+
+    #[test]
+    fn kronecker_is_the_product_of_its_factors_first_slowest() {
+        let table: Vec<f64> = (0..16 * LANES).map(|k| 0.5 + (k * 37 % 101) as f64).collect();
+        let lengths = [1, 2, 3, 4, 5, 6, 7, 8, 9, 13];
+        let last = lengths.map(|len| vec![len]);
+        let pairs = lengths.map(|len| vec![3, len]);
+        let triples = lengths.map(|len| vec![2, 3, len]);
+        for sets in [vec![]].into_iter().chain(last).chain(pairs).chain(triples) {
+            let factors = columns_of(&sets);
+            let mut wanted = vec![1.0];
+            for column in &factors {
+                let with = |x: f64| column.of(&table).map(move |p| x * p);
+                wanted = wanted.into_iter().flat_map(with).collect();
+            }
+            let room = wanted.len().next_multiple_of(LANES) + LANES;
+            let (mut out, mut scratch) = (vec![9.0; room], vec![9.0; room]);
+            kronecker(Scalar, &table, &factors, &mut out, &mut scratch);
+            assert_eq!(out, Arch::new().dispatch(Product(&table, &factors, room)), "{sets:?}");
+            let (product, padding) = out.split_at(wanted.len());
+            product
+                .iter()
+                .zip(&wanted)
+                .for_each(|(a, b)| assert_relative_eq!(a, b, max_relative = 1e-15));
+            let padding = &padding[..wanted.len().next_multiple_of(LANES) - wanted.len()];
+            assert!(padding.iter().all(|zero| *zero == 0.0), "{sets:?}");
+        }
+    }
+}
