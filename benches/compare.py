@@ -3,7 +3,7 @@
 Usage: python benches/compare.py [--rounds N] [--quick]
 
 The closed loop (peers/problem.py) runs through `sa.simulate` and through each peer, in turn: every
-round runs ours directly before each peer. A figure is the median over the rounds, a ratio one of
+round runs ours directly before each peer. The peers record positions, ours the whole motion. A figure is the median over the rounds, a ratio one of
 medians. Before anything is timed, all must agree on the RMS errors to 1e-7, and on the solution of
 the Riccati equation to 1e-9, so that it is the same work; if they do not, nothing is timed.
 
@@ -50,7 +50,10 @@ P_TOL = 1e-9
 # At this tolerance our error is not larger than SciPy's RK45 at rtol 1e-8, atol 1e-10: SciPy also
 # controls the error of the weights, which are no part of our integrator's state. Checked below.
 RTOL, ATOL = 4.8e-9, 4.8e-11
-FINAL = {"record_every": STEPS}
+FINAL = {"record_every": STEPS, "record": "motion"}
+
+MOTION = {"record": "motion"}
+"""What the peers record of the closed loop, too: they keep the positions alone."""
 
 WIDTH = 56
 """Of the first column of the table."""
@@ -228,12 +231,14 @@ def compare_closed_loops(rounds, eigen):
         Row(f"RK4, 625 rules, 20 s: {name}", [], [], want) for name, (_, want) in peers.items()
     ]
     rows.append(Row("DP5(4), a row every 1 ms: SciPy solve_ivp", [], [], 300))
-    rows.append(Row("DP5(4), only the final state: SciPy solve_ivp", [], [], 300))
-    pairs = [(simulate, run) for run, _ in peers.values()]
+    rows.append(Row("the same, torque, rho, V in the rows too: SciPy, motion", [], [], None))
+    rows.append(Row("DP5(4), only the final state: SciPy solve_ivp", [], [], None))
+    pairs = [(lambda: simulate(**MOTION), run) for run, _ in peers.values()]
+    pairs += [(lambda: adaptive(**MOTION), closed_loop_scipy.run)]
     pairs += [(adaptive, closed_loop_scipy.run), (lambda: adaptive(**FINAL), scipy_final)]
     for _ in range(rounds):
         if eigen:
-            rows[0].ours.append(timed(simulate)[:2])
+            rows[0].ours.append(timed(lambda: simulate(**MOTION))[:2])
             result = eigen()
             rows[0].theirs.append((result["seconds"], result["cpu"]))
         for row, (ours, theirs) in zip(rows[-len(pairs) :], pairs, strict=True):

@@ -16,7 +16,7 @@ use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 /// when that is meant, copy them from the message of the failing test.
 const CONTINUOUS: u64 = 0x5cad_a96e_15e8_2e77;
 const SAMPLED: u64 = 0x6b49_62d0_1dbd_ce9a;
-const ERROR_CONTROLLED: u64 = 0x20fe_dbbb_3857_191e;
+const ERROR_CONTROLLED: u64 = 0x00c9_7bc5_c935_f45b;
 const SERIAL: u64 = 0x57fd_cf5b_1b13_ebdf;
 
 fn final_hash(controller: &Adaptive, options: &Options<2>) -> u64 {

@@ -765,6 +765,7 @@ def simulate(
     rtol: float,
     atol: float,
     record_every: int,
+    record: str,
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
@@ -779,6 +780,6 @@ def design(
     """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
 
 def metrics(
-    t: ArrayLike, e: ArrayLike, tau: ArrayLike, window: tuple[float, float], band: float
+    t: ArrayLike, e: ArrayLike, tau: ArrayLike | None, window: tuple[float, float], band: float
 ) -> _MetricsRecord:
     """Run `steadyarm.Run.metrics`: the figures of every joint."""

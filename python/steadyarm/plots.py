@@ -63,13 +63,13 @@ class Picture(Figure):
 def overview(run: Run) -> Picture:
     """Draw a whole run, one column a joint.
 
-    From the top: position, error, torque with its two parts; with a compensator also what the
-    model leaves out (ρ) against its estimate (ρ̂), the size of the weights and the Lyapunov
-    function V. Of a run that blew up the axes show the part that can be read, and the title says
-    what happened.
+    From the top: position, error, torque with its two parts (if it was recorded); with a
+    compensator also what the model leaves out (ρ) against its estimate (ρ̂), the size of the weights
+    and the Lyapunov function V. Of a run that blew up the axes show the part that can be read, and
+    the title says what happened.
     """
     adaptive = run.weights_norm is not None and run.V is not None
-    rows = 4 if adaptive else 3
+    rows = (4 if adaptive else 3) if len(run.tau) else 2
     width = max(5.2 * min(run.joints, 2), 2.9 * run.joints, 7.0)
     picture = Picture(width=width, height=2.2 * (rows + adaptive) + 0.3)
     grid = picture.add_gridspec(rows + adaptive, 2 * run.joints)
@@ -81,7 +81,8 @@ def overview(run: Run) -> Picture:
         _position(column[0], run, joint)
         _line(column[1], run.t, run.e[:, joint], ORANGE)
         column[1].axhline(0.0, color=GRAY, linewidth=0.7, zorder=1)
-        _torque(column[2], run, joint, adaptive)
+        if len(run.tau):
+            _torque(column[2], run, joint, adaptive)
         if adaptive:
             _model_error(column[3], run, joint)
         for axes, name in zip(column, names, strict=False):

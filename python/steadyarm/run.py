@@ -17,8 +17,12 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FORMAT = 1
+FORMAT = 2
 """Version of the files that `Run.save` writes."""
+
+
+TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
+"""Arrays that a record of the motion alone has no rows of."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,7 @@ class Metrics:
     settling_time: Array
     """Time after which the error stays within the band [s]; inf if it does not."""
     rms_tau: Array
-    """Root mean square of the torque [N·m]."""
+    """Root mean square of the torque [N·m]; empty, like all of it, if it was not recorded."""
     max_abs_tau: Array
     """Largest torque [N·m]."""
     torque_variation: Array
@@ -82,12 +86,16 @@ class Metrics:
             return f"{name:>17} " + " ".join(f"{value:12.6g}" for value in getattr(self, name))
 
         head = " " * 18 + " ".join(f"{f'joint {n + 1}':>12}" for n in range(len(self.rms_e)))
-        return "\n".join([head, *(row(f.name) for f in fields(self))])
+        names = (f.name for f in fields(self) if len(getattr(self, f.name)))
+        return "\n".join([head, *map(row, names)])
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The record of a simulation, time first: every array has shape (T,) or (T, n)."""
+    """The record of a simulation, time first: every array has shape (T,) or (T, n).
+
+    A record of the motion alone (``record="motion"``) has no rows of torque and model error.
+    """
 
     t: Array
     """Time [s]."""
@@ -150,7 +158,8 @@ class Run:
         settled. Raises ValueError if the window holds no sample.
         """
         window = (0.0, float("inf")) if window is None else window
-        return Metrics(**_core.metrics(self.t, self.e, self.tau, window, band))
+        tau = self.tau if len(self.tau) else None
+        return Metrics(**_core.metrics(self.t, self.e, tau, window, band))
 
     def plot(self) -> Figure:
         """Draw position, error, torque and (with a compensator) ρ against ρ̂; return the figure."""
@@ -179,6 +188,7 @@ class Run:
         }
         meta = {
             "format": FORMAT,
+            "arrays": sorted(arrays),
             "status": asdict(self.status),
             "certificate": None if self.certificate is None else asdict(self.certificate),
             "dictionary": None
@@ -202,6 +212,8 @@ class Run:
                 meta = json.loads(str(arrays.pop("meta")))
                 if meta["format"] != FORMAT:
                     raise ValueError(f"format {meta['format']}, wants {FORMAT}")
+                if sorted(arrays) != meta["arrays"]:
+                    raise ValueError(f"arrays {sorted(arrays)}, wants {meta['arrays']}")
                 certificate = meta["certificate"]
                 for name in ("weights", "weights_norm", "V"):
                     arrays.setdefault(name, None)
@@ -220,12 +232,15 @@ class Run:
     def _check(self) -> None:
         """Refuse arrays whose type or shape no simulation could have given."""
         rows, joints = len(self.t), self.q.shape[-1]
+        if len(self.tau) not in (0, rows):
+            raise ValueError(f"tau: {len(self.tau)} rows, wants {rows}")
         for field in fields(self):
             array = getattr(self, field.name)
             if array is None or field.name in ("status", "certificate", "dictionary"):
                 continue
             flat = field.name in ("t", "weights_norm", "V")
-            wanted = (rows,) if flat else (rows, joints)
+            recorded = len(self.tau) if field.name in TORQUES else rows
+            wanted = (rows,) if flat else (recorded, joints)
             if field.name == "weights":
                 wanted = (joints, array.shape[-1])
             if array.dtype != np.float64 or array.shape != wanted:

@@ -155,25 +155,26 @@ pub(super) struct Settings<'a, 'py> {
     method: Method,
     control_period: Option<f64>,
     record_every: usize,
+    record: sim::Record,
     q0: Option<Any<'a, 'py>>,
     dq0: Option<Any<'a, 'py>>,
 }
 
 impl Settings<'_, '_> {
     fn options<const N: usize>(&self) -> PyResult<Options<N>> {
-        let Self { duration, dt, method, control_period, record_every, q0, dq0 } = *self;
+        let Self { duration, dt, method, control_period, record_every, record, q0, dq0 } = *self;
         let start = |value: Option<Any<'_, '_>>, name| {
             value.map_or(Ok([0.0; N]), |value| joints(value, name))
         };
         let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
-        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every })
+        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every, record })
     }
 }
 
 /// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, and what a callback raised.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
-    record_every, progress))]
+    record_every, record, progress))]
 #[expect(clippy::too_many_arguments, reason = "called by keyword from one Python function")]
 pub(super) fn simulate<'py>(
     py: Python<'py>,
@@ -189,6 +190,7 @@ pub(super) fn simulate<'py>(
     rtol: Any<'_, 'py>,
     atol: Any<'_, 'py>,
     record_every: Any<'_, 'py>,
+    record: Any<'_, 'py>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
     let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
@@ -199,7 +201,11 @@ pub(super) fn simulate<'py>(
     let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
     let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
     let record_every = count(record_every, "record_every")?;
-    let settings = Settings { duration, dt, method, control_period, record_every, q0, dq0 };
+    let record = match word(record, "record", ["all", "motion"])? {
+        "motion" => sim::Record::Motion,
+        _ => sim::Record::All,
+    };
+    let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
     let plant = plant.cast::<PyPlant>().map_err(|_| {
         PyTypeError::new_err(format!("plant: got {}, wants a Plant", type_name(plant)))
     })?;
@@ -330,13 +336,13 @@ impl Record {
     }
 }
 
-/// The figures of every joint over a window, as a dict of lists.
+/// The figures of every joint over a window, as a dict of lists; those of the torque are empty without one.
 #[pyfunction]
 pub(super) fn metrics<'py>(
     py: Python<'py>,
     t: Any<'_, 'py>,
     e: Any<'_, 'py>,
-    tau: Any<'_, 'py>,
+    tau: Option<Any<'_, 'py>>,
     window: Any<'_, 'py>,
     band: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -351,7 +357,7 @@ pub(super) fn metrics<'py>(
     if rows != t.len() {
         return Err(wrong_shape("e", &[rows, joints], &format!("({}, n)", t.len())));
     }
-    let tau = matrix_of(tau, "tau", rows, joints)?;
+    let tau = tau.map(|tau| matrix_of(tau, "tau", rows, joints)).transpose()?.unwrap_or_default();
     let recorded = t.first().zip(t.last()).filter(|&(first, last)| from <= *last && to >= *first);
     if recorded.is_none() || from > to || from.is_nan() || to.is_nan() {
         return Err(no_sample(from, to, &t));
@@ -365,17 +371,18 @@ pub(super) fn metrics<'py>(
         .collect::<Result<Vec<_>, Error>>()
         .map_err(|_| no_sample(from, to, &t))?;
     let dict = PyDict::new(py);
-    let set = |name, value: fn(&sim::Metrics) -> f64| {
+    let set = |name, joints: &[sim::Metrics], value: fn(&sim::Metrics) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();
         dict.set_item(name, owned1(py, values))
     };
-    set("rms_e", |m| m.rms_e)?;
-    set("max_abs_e", |m| m.max_abs_e)?;
-    set("itae", |m| m.itae)?;
-    set("settling_time", |m| m.settling_time)?;
-    set("rms_tau", |m| m.rms_tau)?;
-    set("max_abs_tau", |m| m.max_abs_tau)?;
-    set("torque_variation", |m| m.torque_variation)?;
+    let moved = if tau.is_empty() { &[][..] } else { &joints };
+    set("rms_e", &joints, |m| m.rms_e)?;
+    set("max_abs_e", &joints, |m| m.max_abs_e)?;
+    set("itae", &joints, |m| m.itae)?;
+    set("settling_time", &joints, |m| m.settling_time)?;
+    set("rms_tau", moved, |m| m.rms_tau)?;
+    set("max_abs_tau", moved, |m| m.max_abs_tau)?;
+    set("torque_variation", moved, |m| m.torque_variation)?;
     Ok(dict)
 }
 

@@ -5,7 +5,7 @@ use core::ops::ControlFlow;
 use super::adaptive::attempt;
 use super::certificate::Certificate;
 use super::closed_loop::{ClosedLoop, Evaluation};
-use super::integrators::{DP54, Motion, RK4, Rates, Tolerance, dp54_dense};
+use super::integrators::{DP54, Dense, Motion, RK4, Tolerance, dp54_dense};
 use super::recorder::Recorder;
 use super::run::{Cause, Run, Status};
 use crate::arm::Arm;
@@ -119,11 +119,17 @@ where
             record.stop(Status::Diverged { t, cause });
             break;
         };
+        let between = Dense::new(step.h, &motion, &rates);
         while row <= record.steps && record.time(row) <= step.end {
             if record.due(row) {
-                let theta = (record.time(row) - t) / step.h;
-                let at = dense(&mut system, state, (t, step.h, theta), &motion, &rates);
-                record.take(row, &at);
+                let time = record.time(row);
+                let theta = (time - t) / step.h;
+                let at = between.at(theta);
+                if record.wants_torque() {
+                    record.take(row, &dense(&mut system, state, (time, step.h, theta), &at));
+                } else {
+                    record.take_motion(time, &system.sample(time, &at));
+                }
             }
             row += 1;
         }
@@ -144,13 +150,12 @@ fn blame(lost_reference: bool, cause: Cause) -> Cause {
     if lost_reference { Cause::Reference } else { cause }
 }
 
-/// Evaluates the loop inside the step that was just taken, at t + θ h, in the place of the last stage.
+/// Evaluates the loop inside the step that was just taken, at time `t`, θ h after its start, in the place of the last stage.
 fn dense<const N: usize, A, D, B, C, R, S>(
     system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
     state: &mut S,
     (t, h, theta): (f64, f64, f64),
-    start: &Motion<N>,
-    rates: &Rates<N, 7>,
+    motion: &Motion<N>,
 ) -> Evaluation<N>
 where
     A: Arm<N>,
@@ -162,6 +167,5 @@ where
     let coefficients = dp54_dense(theta);
     let (index, nodes) = (MAX_STAGES - 1, &DP54.nodes[..]);
     let stage = Stage { index, step: h, node: theta, coefficients: &coefficients, nodes };
-    let motion = start.plus(h, &coefficients, rates);
-    system.evaluate(state, &stage, t + theta * h, &motion).0
+    system.evaluate(state, &stage, t, motion).0
 }

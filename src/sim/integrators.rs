@@ -100,6 +100,40 @@ pub fn dp54_dense(theta: f64) -> [f64; 7] {
     DP54_DENSE.map(|p| theta * (p[0] + theta * (p[1] + theta * (p[2] + theta * p[3]))))
 }
 
+/// Dense output of Dormand-Prince over one step as a polynomial: y(θ) = y₀ + h Σ θᵖ yₚ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Dense<const N: usize> {
+    start: Motion<N>,
+    h: f64,
+    powers: [Motion<N>; 4],
+}
+
+impl<const N: usize> Dense<N> {
+    /// The polynomial of the step of length `h` from `start`.
+    pub fn new(h: f64, start: &Motion<N>, rates: &Rates<N, 7>) -> Self {
+        let mut powers = [Motion::zeros(); 4];
+        for (power, sum) in powers.iter_mut().enumerate() {
+            for (stage, rate) in rates.iter().enumerate() {
+                sum.q += rate.q * DP54_DENSE[stage][power];
+                sum.dq += rate.dq * DP54_DENSE[stage][power];
+            }
+        }
+        Self { start: *start, h, powers }
+    }
+
+    /// The motion at θ in [0, 1].
+    #[inline]
+    pub fn at(&self, theta: f64) -> Motion<N> {
+        let [a, b, c, d] = &self.powers;
+        let sum = |a: &Vector<N>, b, c, d: &Vector<N>| {
+            let horner: Vector<N> = ((d * theta + c) * theta + b) * theta + a;
+            horner * (theta * self.h)
+        };
+        let Motion { q, dq } = &self.start;
+        Motion { q: q + sum(&a.q, b.q, c.q, &d.q), dq: dq + sum(&a.dq, b.dq, c.dq, &d.dq) }
+    }
+}
+
 /// The rates (q̇, q̈) at the stages of one step.
 pub type Rates<const N: usize, const S: usize> = [Motion<N>; S];
 

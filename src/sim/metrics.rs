@@ -14,7 +14,7 @@ pub struct Metrics {
     pub itae: f64,
     /// Time from the start of the window after which |e| stays within the band [s]; infinite if it never does.
     pub settling_time: f64,
-    /// Root mean square of τ [N·m].
+    /// Root mean square of τ [N·m]; NaN, like all figures of τ, where it was not recorded.
     pub rms_tau: f64,
     /// Largest |τ| [N·m].
     pub max_abs_tau: f64,
@@ -33,7 +33,7 @@ pub struct Window {
     pub band: f64,
 }
 
-/// The figures of joint `n`, from times, errors and torques of equal length.
+/// The figures of joint `n`, from times, errors and torques of equal length; no torques where they were not recorded.
 ///
 /// # Errors
 /// `window`: holds no sample.
@@ -58,11 +58,12 @@ pub fn metrics<const N: usize>(
     let mut figures = Metrics::default();
     let mut outside = None;
     for k in first..last {
-        let (error, torque) = (e[k][n].abs(), tau[k][n]);
+        let torque = |k: usize| tau.get(k).map_or(f64::NAN, |tau| tau[n]);
+        let (error, torque, next) = (e[k][n].abs(), torque(k), torque(k + 1));
         figures.rms_e += error * error;
         figures.max_abs_e = figures.max_abs_e.max(error);
         figures.rms_tau += torque * torque;
-        figures.max_abs_tau = figures.max_abs_tau.max(torque.abs());
+        figures.max_abs_tau = larger(figures.max_abs_tau, torque.abs());
         if error > window.band {
             outside = Some(k);
         }
@@ -70,7 +71,7 @@ pub fn metrics<const N: usize>(
             let dt = t[k + 1] - t[k];
             let ramp = |k: usize| (t[k] - t[first]) * e[k][n].abs();
             figures.itae += 0.5 * dt * (ramp(k) + ramp(k + 1));
-            figures.torque_variation += (tau[k + 1][n] - torque).abs();
+            figures.torque_variation += (next - torque).abs();
         }
     }
     let count = (last - first) as f64;
@@ -84,4 +85,9 @@ pub fn metrics<const N: usize>(
         Some(_) => f64::INFINITY,
     };
     Ok(figures)
+}
+
+/// As `f64::max`, but NaN stays NaN.
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a || b.is_nan() { b } else { a }
 }

@@ -19,6 +19,17 @@ pub enum Method {
     Dp54(Tolerance),
 }
 
+/// Which signals enter the record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Record {
+    /// All of them.
+    #[default]
+    All,
+    /// Motion, desired motion and error. A row of an error-controlled run then needs its dense output alone, no evaluation
+    /// of the loop.
+    Motion,
+}
+
 /// Options of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<const N: usize> {
@@ -36,6 +47,8 @@ pub struct Options<const N: usize> {
     pub dq0: [f64; N],
     /// Only every so many steps enter the record.
     pub record_every: usize,
+    /// Which signals enter the record.
+    pub record: Record,
 }
 
 impl<const N: usize> Default for Options<N> {
@@ -49,6 +62,7 @@ impl<const N: usize> Default for Options<N> {
             q0: [0.0; N],
             dq0: [0.0; N],
             record_every: 1,
+            record: Record::All,
         }
     }
 }

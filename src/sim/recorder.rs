@@ -2,7 +2,7 @@
 
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
-use super::options::Options;
+use super::options::{Options, Record};
 use super::run::{Cause, Run, Status};
 use crate::control::Sample;
 use crate::error::{Error, Result};
@@ -18,6 +18,7 @@ pub(super) struct Recorder<const N: usize> {
     /// Number of the last row.
     pub steps: usize,
     every: usize,
+    record: Record,
     /// Spacing of the rows [s].
     pub dt: f64,
 }
@@ -29,13 +30,16 @@ impl<const N: usize> Recorder<N> {
     /// `record_every`: the record does not fit memory.
     pub fn new(steps: usize, options: &Options<N>) -> Result<Self> {
         let every = options.record_every;
-        let run = Run::with_capacity(steps / every + 2).map_err(|_| Error::OutOfRange {
-            parameter: "record_every",
-            index: None,
-            got: every as f64,
-            wanted: "a larger number: the record does not fit memory",
+        let run = Run::with_capacity(steps / every + 2, options.record).map_err(|_| {
+            Error::OutOfRange {
+                parameter: "record_every",
+                index: None,
+                got: every as f64,
+                wanted: "a larger number: the record does not fit memory",
+            }
         })?;
-        Ok(Self { run, certificate: None, steps, every, dt: options.dt })
+        let (record, dt) = (options.record, options.dt);
+        Ok(Self { run, certificate: None, steps, every, record, dt })
     }
 
     /// Time of row k [s].
@@ -46,7 +50,7 @@ impl<const N: usize> Recorder<N> {
 
     /// Whether row k enters the record.
     pub fn due(&self, k: usize) -> bool {
-        k.is_multiple_of(self.every) || k == self.steps
+        self.every == 1 || k.is_multiple_of(self.every) || k == self.steps
     }
 
     /// False, with the status set, if the run cannot go on from here.
@@ -58,10 +62,25 @@ impl<const N: usize> Recorder<N> {
         cause.is_none()
     }
 
+    /// Whether a row is more than the motion.
+    pub fn wants_torque(&self) -> bool {
+        self.record == Record::All
+    }
+
     /// Takes row k if it is due and nothing is wrong with it.
     pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
         if self.due(k) && trouble(at).is_none() {
-            self.run.push(at);
+            self.run.push_motion(at.t, &at.sample);
+            if self.wants_torque() {
+                self.run.push_torque(at);
+            }
+        }
+    }
+
+    /// Takes a row of the motion if nothing is wrong with it.
+    pub fn take_motion(&mut self, t: f64, sample: &Sample<N>) {
+        if wrong_motion(sample).is_none() {
+            self.run.push_motion(t, sample);
         }
     }
 
@@ -90,8 +109,12 @@ impl<const N: usize> Recorder<N> {
 
 /// Why a run cannot go on from here, if it cannot.
 fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
-    let Sample { q, dq, desired, .. } = &at.sample;
-    let finite = |x: &Vector<N>| x.iter().all(|v| v.is_finite());
+    wrong_motion(&at.sample).or((!finite(&at.rho)).then_some(Cause::Acceleration))
+}
+
+/// What is wrong with a motion or its set-point, if anything is.
+fn wrong_motion<const N: usize>(sample: &Sample<N>) -> Option<Cause> {
+    let Sample { q, dq, desired, .. } = sample;
     if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
         return Some(Cause::Reference);
     }
@@ -99,5 +122,9 @@ fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
         return Some(Cause::Motion);
     }
     // A motion that is no number comes from an acceleration that was none.
-    (!(finite(q) && finite(dq) && finite(&at.rho))).then_some(Cause::Acceleration)
+    (!(finite(q) && finite(dq))).then_some(Cause::Acceleration)
+}
+
+fn finite<const N: usize>(x: &Vector<N>) -> bool {
+    x.iter().all(|v| v.is_finite())
 }

@@ -5,8 +5,9 @@ use std::collections::TryReserveError;
 
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
+use super::options::Record;
+use crate::control::Sample;
 use crate::error::Error;
-use crate::math::Vector;
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +69,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// Everything that was recorded, a row a time. Every entry is finite.
+/// Everything that was recorded, a row a time. Every entry is finite. What was not to be recorded is empty.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Run<const N: usize> {
     /// Time [s].
@@ -109,7 +110,8 @@ pub struct Run<const N: usize> {
 
 impl<const N: usize> Run<N> {
     /// An empty record with room for `rows` rows.
-    pub(super) fn with_capacity(rows: usize) -> Result<Self, TryReserveError> {
+    pub(super) fn with_capacity(rows: usize, record: Record) -> Result<Self, TryReserveError> {
+        let all = if record == Record::All { rows } else { 0 };
         fn room<T>(rows: usize) -> Result<Vec<T>, TryReserveError> {
             let mut column = Vec::new();
             column.try_reserve_exact(rows)?;
@@ -124,35 +126,39 @@ impl<const N: usize> Run<N> {
             ddq_d: room(rows)?,
             e: room(rows)?,
             de: room(rows)?,
-            tau: room(rows)?,
-            tau_model: room(rows)?,
-            tau_compensation: room(rows)?,
-            rho: room(rows)?,
-            rho_hat: room(rows)?,
-            weights_norm: room(rows)?,
-            v: room(rows)?,
+            tau: room(all)?,
+            tau_model: room(all)?,
+            tau_compensation: room(all)?,
+            rho: room(all)?,
+            rho_hat: room(all)?,
+            weights_norm: room(all)?,
+            v: room(all)?,
             status: Status::Finished,
             certificate: None,
         })
     }
 
-    /// Adds a row.
+    /// Adds a row of the motion.
     #[inline]
-    pub(super) fn push(&mut self, at: &Evaluation<N>) {
-        let row = |x: &Vector<N>| -> [f64; N] { (*x).into() };
-        self.t.push(at.t);
-        self.q.push(row(&at.sample.q));
-        self.dq.push(row(&at.sample.dq));
-        self.q_d.push(row(&at.sample.desired.q));
-        self.dq_d.push(row(&at.sample.desired.dq));
-        self.ddq_d.push(row(&at.sample.desired.ddq));
-        self.e.push(row(&at.sample.e));
-        self.de.push(row(&at.sample.de));
-        self.tau.push(row(&at.applied));
-        self.tau_model.push(row(&at.command.model));
-        self.tau_compensation.push(row(&at.command.compensation));
-        self.rho.push(row(&at.rho));
-        self.rho_hat.push(row(&at.command.rho_hat));
+    pub(super) fn push_motion(&mut self, t: f64, sample: &Sample<N>) {
+        self.t.push(t);
+        self.q.push(sample.q.into());
+        self.dq.push(sample.dq.into());
+        self.q_d.push(sample.desired.q.into());
+        self.dq_d.push(sample.desired.dq.into());
+        self.ddq_d.push(sample.desired.ddq.into());
+        self.e.push(sample.e.into());
+        self.de.push(sample.de.into());
+    }
+
+    /// Adds the rest of the row.
+    #[inline]
+    pub(super) fn push_torque(&mut self, at: &Evaluation<N>) {
+        self.tau.push(at.applied.into());
+        self.tau_model.push(at.command.model.into());
+        self.tau_compensation.push(at.command.compensation.into());
+        self.rho.push(at.rho.into());
+        self.rho_hat.push(at.command.rho_hat.into());
         if let Some(audit) = &at.audit {
             self.weights_norm.push(audit.weights_norm);
             self.v.push(audit.value);

@@ -411,6 +411,11 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
         r"record_every: got 0, wants a whole number >= 1",
         lambda: simulate(record_every=0),
     ),
+    (
+        ValueError,
+        r'record: got "torque", wants "all" or "motion"',
+        lambda: simulate(record="torque"),
+    ),
     (ValueError, r"record_every: got -1, wants a whole number", lambda: simulate(record_every=-1)),
     (
         ValueError,

@@ -88,6 +88,26 @@ def test_record_every_thins_the_record_and_nothing_else() -> None:
     assert thin.weights.tobytes() == full.weights.tobytes()
 
 
+@pytest.mark.parametrize("options", [{}, {"method": "dp54"}, {"control_period": 1e-3}], ids=repr)
+def test_record_of_the_motion_leaves_out_the_torque_and_nothing_else(
+    options: dict[str, Any], tmp_path: Path
+) -> None:
+    full, motion = run(tracker(), **options), run(tracker(), record="motion", **options)
+    for name in ("t", "q", "dq", "q_d", "dq_d", "ddq_d", "e", "de", "weights"):
+        assert getattr(motion, name).tobytes() == getattr(full, name).tobytes(), name
+    for name in ("tau", "tau_model", "tau_compensation", "rho", "rho_hat"):
+        assert getattr(motion, name).shape == (0, 2), name
+    assert motion.weights_norm is None and motion.V is None
+    assert motion.certificate == full.certificate
+    figures = motion.metrics()
+    assert figures.rms_e.tobytes() == full.metrics().rms_e.tobytes()
+    assert figures.rms_tau.size == figures.max_abs_tau.size == figures.torque_variation.size == 0
+    assert "rms_e" in str(figures) and "tau" not in str(figures)
+    motion.save(tmp_path / "run.npz")
+    assert same(sa.Run.load(tmp_path / "run.npz"), motion)
+    assert len(motion.plot().axes) == 2 * 2
+
+
 def test_progress_bar_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     assert same(run(tracker(), progress=True), run(tracker()))
 

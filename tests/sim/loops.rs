@@ -8,7 +8,7 @@ use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::Reference;
 use steadyarm::sim::{
-    ClosedLoop, Method, Motion, Options, RK4, Run, Status, Tolerance, hold_torque, simulate,
+    ClosedLoop, Method, Motion, Options, RK4, Record, Run, Status, Tolerance, hold_torque, simulate,
 };
 
 const H: f64 = 1e-3;
@@ -127,6 +127,28 @@ fn every_other_row_is_the_same_row() {
                 assert_eq!((some.v[row], some.rho[row]), (all.v[k], all.rho[k]));
             }
             assert_eq!(some.certificate, all.certificate);
+        }
+    }
+}
+
+#[test]
+fn a_record_of_the_motion_has_the_rows_of_the_whole_record() {
+    let controller = adaptive(Form::Grid, false, 7.0);
+    let tolerance = Tolerance { rtol: 1e-6, atol: 1e-8 };
+    for method in [Method::Rk4, Method::Dp54(tolerance)] {
+        for control_period in [None, Some(4e-3)] {
+            let all = Options { method, ..options(control_period) };
+            let motion = Options { record: Record::Motion, ..all };
+            let (all, _) = simulated(&controller, &all);
+            let (motion, _) = simulated(&controller, &motion);
+            assert_eq!((&motion.t, &motion.q, &motion.dq), (&all.t, &all.q, &all.dq));
+            assert_eq!(
+                (&motion.q_d, &motion.dq_d, &motion.ddq_d),
+                (&all.q_d, &all.dq_d, &all.ddq_d)
+            );
+            assert_eq!((&motion.e, &motion.de), (&all.e, &all.de));
+            assert_eq!((motion.status, motion.certificate), (all.status, all.certificate));
+            assert!(motion.tau.is_empty() && motion.rho.is_empty() && motion.v.is_empty());
         }
     }
 }

@@ -164,41 +164,35 @@ impl<const N: usize> FuzzyCompensator<N> {
         let i = stage.index;
         if self.law.needs_norms(i) {
             for j in 0..=i {
-                for k in 0..=j {
-                    self.product(simd, state, j, k);
-                }
+                self.products_with(simd, state, j, |k| k <= j);
             }
-            return;
-        }
-        for (j, a) in stage.coefficients.iter().enumerate() {
-            if *a != 0.0 {
-                self.product(simd, state, i, j);
-            }
-        }
-        if self.law.parameters.adaptation.normalization > 0.0 {
-            self.product(simd, state, i, i);
+        } else {
+            let squared = self.law.parameters.adaptation.normalization > 0.0;
+            let used = |j: usize| stage.coefficients.get(j).map_or(squared, |a| *a != 0.0);
+            self.products_with(simd, state, i, used);
         }
     }
 
-    /// ξᵢ·ξⱼ, unless it is known.
+    /// ξᵢ·ξⱼ for the stages j ≤ i that are `used`, unless it is known.
     #[inline(always)]
-    fn product<S: Simd, B: Buffer>(
+    fn products_with<S: Simd, B: Buffer>(
         &self,
         simd: S,
         state: &mut FuzzyState<N, B>,
         i: usize,
-        j: usize,
+        used: impl Fn(usize) -> bool,
     ) {
-        let memory = state.memory.as_slice();
-        let stages = &mut state.stages;
-        if stages.known[i] >> j & 1 != 0 {
-            return;
+        let Places { stages, stage, .. } = self.places;
+        let activations = &state.memory.as_slice()[stages..][..(i + 1) * stage];
+        let own = self.slot(activations, i);
+        let mut known = state.stages.known[i];
+        for (j, gram) in state.stages.gram[i][..=i].iter_mut().enumerate() {
+            if known >> j & 1 == 0 && used(j) {
+                self.basis.dots(simd, own, self.slot(activations, j), gram.as_mut_slice());
+                known |= 1 << j;
+            }
         }
-        let (left, right) = (self.activation(memory, i), self.activation(memory, j));
-        let mut gram = Vector::<N>::zeros();
-        self.basis.dots(simd, left, right, gram.as_mut_slice());
-        stages.gram[i][j] = gram;
-        stages.known[i] |= 1 << j;
+        state.stages.known[i] = known;
     }
 
     /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
@@ -251,6 +245,6 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     #[inline]
     fn slot<'a>(&self, activations: &'a [f64], i: usize) -> &'a [f64] {
-        &activations[i * self.places.stage..(i + 1) * self.places.stage]
+        &activations[i * self.places.stage..][..self.places.stage]
     }
 }
