@@ -3,9 +3,10 @@
 Usage: python benches/compare.py [--rounds N] [--quick]
 
 The closed loop (peers/problem.py) runs through `sa.simulate` and through each peer, in turn: every
-round runs ours directly before each peer. The peers record positions, ours the whole motion. A figure is the median over the rounds, a ratio one of
-medians. Before anything is timed, all must agree on the RMS errors to 1e-7, and on the solution of
-the Riccati equation to 1e-9, so that it is the same work; if they do not, nothing is timed.
+round runs ours directly before each peer. The peers record positions, ours the whole motion. A
+figure is the median over the rounds, a ratio one of medians. Before anything is timed, all must
+agree on the RMS errors to 1e-7, and on the solution of the Riccati equation to 1e-9, so that it is
+the same work; if they do not, nothing is timed.
 
 Shared machines are noisy, so no figure stands alone: look at ratios. Each is printed for the clock
 and for the thread's processor time, which leaves out the time when others hold the core (a long run

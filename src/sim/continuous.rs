@@ -91,12 +91,12 @@ where
             rates[0] = Motion { q: motion.dq, dq: ddq };
         }
         if let Some(at) = system.evaluation() {
+            if !record.check(at) {
+                break;
+            }
             if row == 0 {
                 record.take(row, at);
                 row = 1;
-            }
-            if !record.check(at) {
-                break;
             }
             record.confirm(&mut certificate, at);
         }
@@ -126,7 +126,7 @@ where
                 let theta = (time - t) / step.h;
                 let at = between.at(theta);
                 if record.wants_torque() {
-                    record.take(row, &dense(&mut system, state, (time, step.h, theta), &at));
+                    record.take_between(&dense(&mut system, state, (time, step.h, theta), &at));
                 } else {
                     record.take_motion(time, &system.sample(time, &at));
                 }

@@ -49,17 +49,21 @@ impl<const N: usize> Recorder<N> {
     }
 
     /// Whether row k enters the record.
+    #[inline]
     pub fn due(&self, k: usize) -> bool {
         self.every == 1 || k.is_multiple_of(self.every) || k == self.steps
     }
 
     /// False, with the status set, if the run cannot go on from here.
+    #[inline]
     pub fn check(&mut self, at: &Evaluation<N>) -> bool {
-        let cause = trouble(at);
-        if let Some(cause) = cause {
-            self.run.status = Status::Diverged { t: at.t, cause };
+        match trouble(at) {
+            None => true,
+            Some(cause) => {
+                self.run.status = Status::Diverged { t: at.t, cause };
+                false
+            }
         }
-        cause.is_none()
     }
 
     /// Whether a row is more than the motion.
@@ -67,9 +71,10 @@ impl<const N: usize> Recorder<N> {
         self.record == Record::All
     }
 
-    /// Takes row k if it is due and nothing is wrong with it.
+    /// Takes row k, which was found healthy, if it is due.
+    #[inline]
     pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
-        if self.due(k) && trouble(at).is_none() {
+        if self.due(k) {
             self.run.push_motion(at.t, &at.sample);
             if self.wants_torque() {
                 self.run.push_torque(at);
@@ -77,7 +82,15 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Takes a row of the motion if nothing is wrong with it.
+    /// Takes a row between two steps, unless something is wrong with it.
+    pub fn take_between(&mut self, at: &Evaluation<N>) {
+        if trouble(at).is_none() {
+            self.run.push_motion(at.t, &at.sample);
+            self.run.push_torque(at);
+        }
+    }
+
+    /// The same for a row of the motion.
     pub fn take_motion(&mut self, t: f64, sample: &Sample<N>) {
         if wrong_motion(sample).is_none() {
             self.run.push_motion(t, sample);
@@ -85,6 +98,7 @@ impl<const N: usize> Recorder<N> {
     }
 
     /// Confirms the certificate up to an evaluation that was found healthy.
+    #[inline]
     pub fn confirm(&mut self, certificate: &mut Certificate, at: &Evaluation<N>) {
         if let Some(audit) = &at.audit {
             if self.certificate.is_none() {
@@ -108,23 +122,37 @@ impl<const N: usize> Recorder<N> {
 }
 
 /// Why a run cannot go on from here, if it cannot.
+#[inline]
 fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
-    wrong_motion(&at.sample).or((!finite(&at.rho)).then_some(Cause::Acceleration))
+    if moderate(&at.sample) && finite(&at.rho) {
+        return None;
+    }
+    Some(wrong_motion(&at.sample).unwrap_or(Cause::Acceleration))
+}
+
+/// Whether nothing is wrong with a motion and its set-point.
+#[inline]
+fn moderate<const N: usize>(sample: &Sample<N>) -> bool {
+    let Sample { q, dq, desired, .. } = sample;
+    let small = |x: &Vector<N>| x.iter().all(|v| v.abs() <= DIVERGED);
+    small(q) && small(dq) && finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)
 }
 
 /// What is wrong with a motion or its set-point, if anything is.
 fn wrong_motion<const N: usize>(sample: &Sample<N>) -> Option<Cause> {
     let Sample { q, dq, desired, .. } = sample;
+    if moderate(sample) {
+        return None;
+    }
     if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
         return Some(Cause::Reference);
     }
-    if q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED) {
-        return Some(Cause::Motion);
-    }
     // A motion that is no number comes from an acceleration that was none.
-    (!(finite(q) && finite(dq))).then_some(Cause::Acceleration)
+    let far = q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED);
+    Some(if far { Cause::Motion } else { Cause::Acceleration })
 }
 
+#[inline]
 fn finite<const N: usize>(x: &Vector<N>) -> bool {
     x.iter().all(|v| v.is_finite())
 }
