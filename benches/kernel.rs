@@ -4,9 +4,11 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
+use steadyarm::arm::{Arm, Serial, SerialParameters};
 use steadyarm::control::{Adaptation, ComputedTorque, KernelParameters, NoCompensation, State};
 use steadyarm::math::Vector;
 use steadyarm::reference::Setpoint;
+use steadyarm::robot;
 
 #[path = "../tests/common/mod.rs"]
 mod common;
@@ -49,9 +51,22 @@ fn step_of<const N: usize>(
     capacity: usize,
     fate: Fate,
 ) {
+    step_with::<N, _>(c, (group, &number.to_string()), scene::Joints, capacity, fate);
+}
+
+/// The same with the arm that the controller believes in.
+fn step_with<const N: usize, A: Arm<N> + Copy>(
+    c: &mut Criterion,
+    (group, name): (&str, &str),
+    arm: A,
+    capacity: usize,
+    fate: Fate,
+) {
     let law = Adaptation { gain: [100.0; N], leak_rate: 0.1, ..Adaptation::default() };
     let of = |merge_tolerance| {
-        scene::joints::<N>(true, law, KernelParameters { capacity, merge_tolerance })
+        let kernel = KernelParameters { capacity, merge_tolerance };
+        let ComputedTorque { gains, compensator, .. } = scene::joints::<N>(true, law, kernel);
+        ComputedTorque::new(arm, gains, compensator)
     };
     let (filling, merging) = (of(0.0), of(0.9999));
     let samples = path::<N>();
@@ -65,7 +80,7 @@ fn step_of<const N: usize>(
         Fate::Dropping => &filling,
     };
     let mut next = samples.iter().cycle();
-    c.benchmark_group(group).bench_function(number.to_string(), |b| {
+    c.benchmark_group(group).bench_function(name, |b| {
         b.iter(|| {
             let (q, dq, desired) = next.next().unwrap();
             controller.step(&mut state, black_box(q), black_box(dq), desired, PERIOD).unwrap()
@@ -108,5 +123,16 @@ fn plain(c: &mut Criterion) {
     });
 }
 
-criterion_group!(groups, plain, joints, atoms);
+/// 5¹⁴ = 6.1 billion rules on a real arm.
+fn panda(c: &mut Criterion) {
+    let robot = robot::shipped("panda").unwrap();
+    let (links, tip, gravity) = (robot.links::<7>().unwrap(), robot.tip, robot.gravity);
+    let arm = Serial::new(SerialParameters { links, tip, gravity }).unwrap();
+    for (fate, name) in [(Fate::Merged, "merging"), (Fate::Dropping, "dropping")] {
+        let name = format!("Panda, 256 states, {name}");
+        step_with(c, ("kernel step", &name), arm, 256, fate);
+    }
+}
+
+criterion_group!(groups, plain, panda, joints, atoms);
 criterion_main!(groups);

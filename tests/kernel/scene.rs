@@ -87,7 +87,7 @@ pub fn drive(
 }
 
 /// N uncoupled joints with the inertia of a small arm.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Joints;
 
 impl<const N: usize> Arm<N> for Joints {
