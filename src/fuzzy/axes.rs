@@ -45,7 +45,7 @@ pub(super) struct Axes {
     len: usize,
 }
 
-/// Inputs side by side, one a lane; input 0 where there is none.
+/// Inputs side by side, one a lane.
 #[derive(Clone, Copy, Debug)]
 struct Table {
     inputs: [usize; LANES],
@@ -162,12 +162,8 @@ impl Axes {
     pub fn memberships<S: Simd>(&self, simd: S, x: &[f64], out: &mut [f64]) {
         let (on_lattices, loose) = self.tables[..self.table_count].split_at(self.lattice_count);
         for (lattice, table) in self.lattices.iter().zip(on_lattices) {
-            let mut lanes = [0.0; LANES];
-            for lane in 0..LANES {
-                lanes[lane] = x[table.inputs[lane]];
-            }
             let rows = table.span.of_mut(out);
-            let beyond = lattice.memberships(simd, &lanes, self.normalized, rows);
+            let beyond = lattice.memberships(simd, x, table.inputs(), self.normalized, rows);
             if beyond != 0 {
                 self.one_by_one(table, beyond, x, out);
             }

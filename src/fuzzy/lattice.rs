@@ -90,29 +90,33 @@ impl Lattice {
         true
     }
 
-    /// Writes the memberships of an input in each lane, a row of lanes a set. Those beyond reach, in the lanes of the bits
-    /// that are set in the result, are to be written again.
+    /// Writes the memberships of these `inputs` of x, one a lane, a row of lanes a set. Those beyond reach, in the lanes of
+    /// the bits that are set in the result, are to be written again.
     #[inline(always)]
     pub fn memberships<S: Simd>(
         &self,
         simd: S,
-        x: &[f64; LANES],
+        x: &[f64],
+        inputs: &[usize],
         normalized: bool,
         rows: &mut [f64],
     ) -> u8 {
         let rows = &mut rows.as_chunks_mut::<LANES>().0[..self.pattern.sets];
         let mut within = true;
-        for part in 0..self.used.div_ceil(S::F64_LANES) {
+        for (part, inputs) in inputs.chunks(S::F64_LANES).enumerate() {
+            let x = gather(simd, x, inputs);
             within &= self.part(simd, part, x, normalized, rows);
         }
-        if within { 0 } else { self.beyond(x) }
+        if within { 0 } else { self.beyond(x, inputs) }
     }
 
     /// The lanes that are too far out, bit by bit.
     #[cold]
-    fn beyond(&self, x: &[f64; LANES]) -> u8 {
-        let far = |lane: usize| (x[lane] - self.centers[lane]).abs() > self.reaches[lane];
-        (0..self.used).filter(|&lane| far(lane)).fold(0, |lanes, lane| lanes | 1 << lane)
+    fn beyond(&self, x: &[f64], inputs: &[usize]) -> u8 {
+        let far =
+            |lane: usize, input: usize| (x[input] - self.centers[lane]).abs() > self.reaches[lane];
+        let lanes = inputs.iter().enumerate().filter(|&(lane, &input)| far(lane, input));
+        lanes.fold(0, |bits, (lane, _)| bits | 1 << lane)
     }
 
     /// The memberships of the inputs in the lanes of one register; whether all are within reach.
@@ -121,12 +125,12 @@ impl Lattice {
         &self,
         simd: S,
         part: usize,
-        x: &Lanes,
+        x: S::f64s,
         normalized: bool,
         rows: &mut [Lanes],
     ) -> bool {
         let lanes = |x: &Lanes| S::as_simd_f64s(x).0[part];
-        let offset = simd.sub_f64s(lanes(x), lanes(&self.centers));
+        let offset = simd.sub_f64s(x, lanes(&self.centers));
         let beyond = simd.less_than_f64s(lanes(&self.reaches), simd.abs_f64s(offset));
         let square = |x| simd.mul_f64s(x, x);
         let t = exponential(simd, simd.mul_f64s(lanes(&self.slopes), offset));
@@ -160,6 +164,21 @@ impl Lattice {
         }
         simd.first_true_m64s(beyond) == S::F64_LANES
     }
+}
+
+/// These entries of x in the first lanes of a register, 0 in the others. Numbers that are written one by one could not be
+/// read soon as a register, so each is put into all lanes and kept in the one that is its own.
+#[inline(always)]
+fn gather<S: Simd>(simd: S, x: &[f64], inputs: &[usize]) -> S::f64s {
+    const NUMBERS: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
+    let numbers = S::as_simd_f64s(&NUMBERS).0[0];
+    let mut gathered = simd.splat_f64s(0.0);
+    for (lane, &input) in inputs.iter().enumerate() {
+        let before = simd.less_than_f64s(numbers, simd.splat_f64s(NUMBERS[lane]));
+        gathered = simd.select_f64s(before, gathered, simd.splat_f64s(x[input]));
+    }
+    let used = simd.less_than_f64s(numbers, simd.splat_f64s(inputs.len() as f64));
+    simd.select_f64s(used, gathered, simd.splat_f64s(0.0))
 }
 
 impl Pattern {
