@@ -143,14 +143,16 @@ impl<const N: usize> FuzzyCompensator<N> {
     #[inline(always)]
     fn products<S: Simd>(&self, simd: S, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
         let (mut rest, mut xi) = (memory, self.basis.block(activation, 0));
+        let mut products = Vector::<N>::zeros();
         for n in 0..N {
             let (row, others) = rest.split_at(self.basis.row_len());
             if n > 0 && self.basis.blocks() > 1 {
                 xi = self.basis.block(activation, n);
             }
-            out[n] = contract(simd, row, xi);
+            products[n] = contract(simd, row, xi);
             rest = others;
         }
+        *out = products;
     }
 
     /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
