@@ -66,3 +66,24 @@ impl<B: Buffer + Clone> Clone for Memory<B> {
         Self { buffer, offset, len: self.len }
     }
 }
+
+#[cfg(test)]
+#[cfg(feature = "std")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clone_has_the_same_numbers_in_whole_lines() {
+        let mut memory = Memory::on_heap(20);
+        (0..20).for_each(|i| memory.as_mut_slice()[i] = i as f64);
+        let mut keep = Vec::new();
+        for extra in 0..32 {
+            // Allocations of other sizes, so that the clones begin at other places.
+            keep.push((vec![0_u8; 16 * extra + 1], memory.clone()));
+        }
+        for (_, clone) in &keep {
+            assert_eq!(clone.as_slice(), memory.as_slice());
+            assert_eq!(clone.as_slice().as_ptr() as usize % 64, 0);
+        }
+    }
+}

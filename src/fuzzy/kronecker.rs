@@ -38,31 +38,24 @@ pub(crate) fn kronecker<S: Simd>(
     out: &mut [f64],
     scratch: &mut [f64],
 ) {
-    let [others @ .., second, last] = factors else {
-        let column = factors.first().into_iter().flat_map(|column| column.of(memberships));
-        out[0] = 1.0;
-        out.iter_mut().zip(column).for_each(|(y, p)| *y = *p);
-        let len = factors.first().map_or(1, |column| column.len);
-        return out[len..len + LANES].fill(0.0);
+    let Some((last, others)) = factors.split_last() else {
+        out[..LANES].copy_from_slice(&[1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        return;
     };
     let (mut from, mut to) = if others.len() % 2 == 0 { (out, scratch) } else { (scratch, out) };
-    match last.len {
-        2 => pair::<2>(memberships, *second, *last, from),
-        3 => pair::<3>(memberships, *second, *last, from),
-        4 => pair::<4>(memberships, *second, *last, from),
-        5 => pair::<5>(memberships, *second, *last, from),
-        6 => pair::<6>(memberships, *second, *last, from),
-        7 => pair::<7>(memberships, *second, *last, from),
-        _ => long_pair(memberships, *second, *last, from),
-    }
-    let mut len = second.len * last.len;
-    for factor in others.iter().rev() {
-        let runs = S::as_simd_f64s(&from[..len.next_multiple_of(LANES)]).0.as_chunks::<BLOCK>();
-        let (mut rows, mut place) = (&mut to[..], factor.first);
-        for _ in 0..factor.len {
-            scale(simd, memberships[place], runs, rows);
-            place += LANES;
-            rows = &mut rows[len..];
+    from.iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
+    let mut len = last.len;
+    for (k, factor) in others.iter().rev().enumerate() {
+        match len {
+            2 if k == 0 => pair::<2>(memberships, *factor, *last, to),
+            3 if k == 0 => pair::<3>(memberships, *factor, *last, to),
+            4 if k == 0 => pair::<4>(memberships, *factor, *last, to),
+            5 if k == 0 => pair::<5>(memberships, *factor, *last, to),
+            6 if k == 0 => pair::<6>(memberships, *factor, *last, to),
+            7 if k == 0 => pair::<7>(memberships, *factor, *last, to),
+            _ => {
+                long_rows(simd, memberships, *factor, &from[..len.next_multiple_of(LANES)], len, to)
+            }
         }
         len *= factor.len;
         (from, to) = (to, from);
@@ -88,10 +81,22 @@ fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &
     }
 }
 
-/// As [`pair`], for a factor of any length.
-fn long_pair(memberships: &[f64], left: Column, right: Column, out: &mut [f64]) {
-    for (row, p) in out.chunks_exact_mut(right.len).zip(left.of(memberships)) {
-        row.iter_mut().zip(right.of(memberships)).for_each(|(y, q)| *y = p * q);
+/// out[..] = factor ⊗ row for a row of any length `len`, read in whole lanes.
+#[inline(always)]
+fn long_rows<S: Simd>(
+    simd: S,
+    memberships: &[f64],
+    factor: Column,
+    row: &[f64],
+    len: usize,
+    out: &mut [f64],
+) {
+    let runs = S::as_simd_f64s(row).0.as_chunks::<BLOCK>();
+    let (mut rest, mut place) = (out, factor.first);
+    for _ in 0..factor.len {
+        scale(simd, memberships[place], runs, rest);
+        place += LANES;
+        rest = &mut rest[len..];
     }
 }
 

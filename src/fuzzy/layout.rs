@@ -4,8 +4,8 @@ use super::basis::{Form, MAX_RULES, length};
 use super::kernels::LANES;
 use crate::error::{Error, Result};
 
-/// The trailing factor v of ξ = u ⊗ v is at most this long, unless its last input alone is longer: it stays in registers.
-const MAX_INNER: usize = 32;
+/// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then padding, and it is soon made.
+const MIN_INNER: usize = 3 * LANES;
 
 /// Sizes of the factors of ξ = u ⊗ v.
 #[derive(Clone, Copy, Debug)]
@@ -79,13 +79,9 @@ impl Layout {
         }
         let inputs = sets.len() / blocks;
         let (mut leading, mut inner) = (inputs, 1);
-        while leading > 0 {
-            let next = sets[(leading - 1) * blocks];
-            if inner * next > MAX_INNER && inner > 1 {
-                break;
-            }
-            inner *= next;
+        while leading > 0 && inner < MIN_INNER {
             leading -= 1;
+            inner *= sets[leading * blocks];
         }
         let outer = own().take(leading).product();
         Ok(Self::sized(blocks, inputs, leading, (outer, inner), memberships))

@@ -28,8 +28,9 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Signals are looked for this often.
 const CHECK_EVERY: Duration = Duration::from_millis(20);
 
-/// The clock is read about this often.
+/// The clock is read about this often, or after this many steps.
 const READ_EVERY: Duration = Duration::from_millis(1);
+const MAX_STRIDE: u32 = 8;
 
 /// What is really there: M q̈ + H + τ_d = τ (eq. 6), τ limited by the actuators.
 ///
@@ -101,8 +102,8 @@ impl PyPlant {
 
 /// Looks for Ctrl-C and shows progress, now and then.
 ///
-/// Reading the clock takes as long as a step of a small arm's dynamics: it is read once in so many steps, fewer the
-/// longer they take.
+/// The clock is read once in so many steps, fewer the longer they take, and never more than [`MAX_STRIDE`]: steps that
+/// become slow at once must not put off Ctrl-C.
 pub(super) struct Monitor {
     checked: Instant,
     /// Steps from one reading of the clock to the next, and those left.
@@ -126,7 +127,7 @@ impl Monitor {
         }
         let now = Instant::now();
         let brief = now - self.read < READ_EVERY;
-        self.stride = if brief { self.stride.saturating_mul(2) } else { 1 };
+        self.stride = if brief { (2 * self.stride).min(MAX_STRIDE) } else { 1 };
         (self.left, self.read) = (self.stride, now);
         if now - self.checked < CHECK_EVERY {
             return ControlFlow::Continue(());

@@ -226,6 +226,7 @@ impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
             }
         }
     }
+
     #[inline]
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
         match &self.0 {

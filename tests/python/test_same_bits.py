@@ -17,7 +17,7 @@ import steadyarm as sa
 from scenes import ZERO, actual, drive, nominal, plant, run, samples, tracker
 
 RUST_TESTS = Path(__file__).parents[1] / "determinism.rs"
-"""The golden hash stands there, once for both languages: CONTINUOUS."""
+"""The golden hashes stand there, once for both languages."""
 
 ARRAYS = ("t", "q", "dq", "e", "tau", "rho", "rho_hat", "weights", "weights_norm", "V")
 
@@ -216,12 +216,15 @@ def test_processes_have_the_bits_of_this_one(start: str) -> None:
     assert all(same(found, scene.run()) for found, scene in zip(runs, scenes, strict=True))
 
 
-def test_final_state_has_its_golden_hash() -> None:
-    """625 rules, normalised, gain 7000, q0 = (0.5, -0.5), RK4 of 1 ms, 5 s: last q dq tau V W."""
+@pytest.mark.parametrize(
+    ("name", "method"), [("CONTINUOUS", "rk4"), ("ERROR_CONTROLLED", "dp54")], ids=["rk4", "dp54"]
+)
+def test_final_state_has_its_golden_hash(name: str, method: str) -> None:
+    """625 rules, normalised, gain 7000, q0 = (0.5, -0.5), dt 1 ms, 5 s: last q dq tau V W."""
     if not RUST_TESTS.exists():
         pytest.skip("the golden hashes stand in the source tree")
-    (golden,) = re.findall(r"const CONTINUOUS: u64 = (0x[0-9a-f_]+);", RUST_TESTS.read_text())
-    final = run(tracker(gain=7000), duration=5.0, q0=(0.5, -0.5))
+    (golden,) = re.findall(rf"const {name}: u64 = (0x[0-9a-f_]+);", RUST_TESTS.read_text())
+    final = run(tracker(gain=7000), duration=5.0, q0=(0.5, -0.5), method=method)
     state = np.concatenate(
         [final.q[-1], final.dq[-1], final.tau[-1], final.V[-1:], final.weights.ravel()]
     )

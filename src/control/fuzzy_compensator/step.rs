@@ -166,7 +166,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         let i = stage.index;
         if self.law.needs_norms(i) {
             for j in 0..=i {
-                self.products_with(simd, state, j, |k| k <= j);
+                self.products_with(simd, state, j, |_| true);
             }
         } else {
             let squared = self.law.parameters.adaptation.normalization > 0.0;
