@@ -1,7 +1,7 @@
 //! The memory of a compensator, lent by the caller, in whole cache lines: a register read across two lines costs twice.
 
 use crate::error::{Error, Result};
-use crate::fuzzy::kernels::{LANES, first_lane};
+use crate::fuzzy::kernels::LANES;
 
 /// Memory for a compensator's state: an array, a slice, a vector.
 pub trait Buffer: AsRef<[f64]> + AsMut<[f64]> {}
@@ -64,6 +64,14 @@ impl<B: Buffer + Clone> Clone for Memory<B> {
         let offset = first_lane(buffer.as_ref());
         buffer.as_mut().copy_within(self.offset..self.offset + self.len, offset);
         Self { buffer, offset, len: self.len }
+    }
+}
+
+/// Start of the first whole lane in a buffer: cache lines are read whole from there.
+fn first_lane(buffer: &[f64]) -> usize {
+    match buffer.as_ptr().align_offset(LANES * size_of::<f64>()) {
+        offset if offset < LANES => offset,
+        _ => 0,
     }
 }
 

@@ -6,10 +6,11 @@
 use pulp::Simd;
 
 use super::basis::{MAX_INPUTS, MAX_SETS, length};
-use super::kernels::{LANES, Span, dot_lanes};
+use super::kernels::{LANES, dot_lanes};
 use super::kronecker::Column;
 use super::lattice::Lattice;
 use super::membership::Sets;
+use super::places::Span;
 use crate::error::{Error, Result, within};
 
 /// Tables of inputs that are evaluated side by side at the most.

@@ -15,10 +15,11 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
-use super::kernels::{Activation, LANES, dot};
+use super::kernels::{LANES, dot};
 use super::kronecker::{Column, kronecker};
 use super::layout::Layout;
 use super::membership::exponentials;
+use super::places::{Dyad, Dyads};
 use crate::error::{Error, Result, finite};
 use crate::math::sqrt;
 
@@ -118,7 +119,7 @@ impl FuzzyBasis {
         let (activation, scratch) = work.split_at_mut(self.activation_len());
         Arch::new().dispatch(Activate { basis: self, x, scratch, activation });
         for (block, out) in xi.chunks_exact_mut(self.block_rules()).enumerate() {
-            let Activation { u, v } = self.block(activation, block);
+            let (u, v) = self.split(self.block(activation, block));
             for (row, a) in out.chunks_exact_mut(self.layout.inner).zip(u) {
                 row.iter_mut().zip(v).for_each(|(y, b)| *y = a * b);
             }
@@ -141,25 +142,25 @@ impl FuzzyBasis {
         sqrt(self.block_rules() as f64)
     }
 
-    /// Length of a padded weight row.
+    /// Length of a weight row in the order of an evaluated block.
     pub(crate) fn row_len(&self) -> usize {
-        self.layout.outer * self.layout.stride
+        self.layout.dyads.iter().map(Dyad::len).sum()
     }
 
-    /// Writes a weight row of [`block_rules`](Self::block_rules) entries into its padded place.
-    pub(crate) fn pack(&self, row: &[f64], padded: &mut [f64]) {
-        let Layout { inner, stride, .. } = self.layout;
-        for (from, to) in row.chunks_exact(inner).zip(padded.chunks_exact_mut(stride)) {
-            to[..inner].copy_from_slice(from);
-        }
+    /// Writes a weight row of [`block_rules`](Self::block_rules) entries into its place.
+    pub(crate) fn pack(&self, row: &[f64], packed: &mut [f64]) {
+        self.places().zip(row).for_each(|(place, w)| packed[place] = *w);
     }
 
-    /// Adds a padded weight row to one of [`block_rules`](Self::block_rules) entries.
-    pub(crate) fn add_unpacked(&self, padded: &[f64], row: &mut [f64]) {
-        let Layout { inner, stride, .. } = self.layout;
-        for (from, to) in padded.chunks_exact(stride).zip(row.chunks_exact_mut(inner)) {
-            to.iter_mut().zip(from).for_each(|(w, x)| *w += x);
-        }
+    /// Adds a packed weight row to one of [`block_rules`](Self::block_rules) entries.
+    pub(crate) fn add_unpacked(&self, packed: &[f64], row: &mut [f64]) {
+        self.places().zip(row).for_each(|(place, w)| *w += packed[place]);
+    }
+
+    /// Where the weights of the rules of a block stand.
+    fn places(&self) -> impl Iterator<Item = usize> {
+        let layout = self.layout;
+        (0..layout.outer * layout.inner).map(move |rule| layout.place(rule))
     }
 
     /// Length of an evaluated basis, a whole number of lanes.
@@ -175,10 +176,22 @@ impl FuzzyBasis {
 
     /// Block `block` of an evaluated basis.
     #[inline]
-    pub(crate) fn block<'a>(&self, activation: &'a [f64], block: usize) -> Activation<'a> {
-        let Layout { outer, stride, block: size, .. } = self.layout;
-        let (v, u) = activation[block * size..(block + 1) * size].split_at(stride + LANES);
-        Activation { u: &u[..outer], v: &v[..stride] }
+    pub(crate) fn block<'a>(&self, activation: &'a [f64], block: usize) -> &'a [f64] {
+        let size = self.layout.block;
+        &activation[block * size..(block + 1) * size]
+    }
+
+    /// Where a block has the factors of its products, in the order of a weight row.
+    #[inline]
+    pub(crate) fn dyads(&self) -> &Dyads {
+        &self.layout.dyads
+    }
+
+    /// u and v of a block, padded with zeros to whole lanes.
+    #[inline]
+    fn split<'a>(&self, block: &'a [f64]) -> (&'a [f64], &'a [f64]) {
+        let (v, u) = block.split_at(self.layout.stride + LANES);
+        (&u[..self.layout.outer], &v[..self.layout.stride])
     }
 
     /// ξ·ξ' of two evaluated bases for every entry of `out`, which has a block of its own or shares the only one: for a
@@ -196,7 +209,7 @@ impl FuzzyBasis {
         if self.form.is_product() {
             self.axes.products(simd, tables, |_, sum| product *= sum);
         } else {
-            product = dot(simd, self.block(left, 0).v, self.block(right, 0).v);
+            product = dot(simd, self.split(left).1, self.split(right).1);
         }
         out.fill(product);
     }

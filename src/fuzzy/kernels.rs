@@ -5,6 +5,8 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::places::{Dyad, Dyads};
+
 /// Rows of weights are whole multiples of this long.
 pub(crate) const LANES: usize = 8;
 
@@ -16,46 +18,6 @@ pub(super) const BLOCK: usize = 4;
 
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
-
-/// Start of the first whole lane in a buffer: cache lines are read whole from there.
-pub(crate) fn first_lane(buffer: &[f64]) -> usize {
-    match buffer.as_ptr().align_offset(LANES * size_of::<f64>()) {
-        offset if offset < LANES => offset,
-        _ => 0,
-    }
-}
-
-/// A vector ξ = u ⊗ v; v is padded with zeros to whole lanes.
-#[derive(Clone, Copy)]
-pub(crate) struct Activation<'a> {
-    pub u: &'a [f64],
-    pub v: &'a [f64],
-}
-
-impl Activation<'_> {
-    pub const NONE: Self = Self { u: &[], v: &[] };
-}
-
-/// A stretch of a longer array.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Span {
-    pub first: usize,
-    pub len: usize,
-}
-
-impl Span {
-    pub const EMPTY: Self = Self { first: 0, len: 0 };
-
-    #[inline]
-    pub fn of<'a, T>(&self, array: &'a [T]) -> &'a [T] {
-        &array[self.first..self.first + self.len]
-    }
-
-    #[inline]
-    pub fn of_mut<'a, T>(&self, array: &'a mut [T]) -> &'a mut [T] {
-        &mut array[self.first..self.first + self.len]
-    }
-}
 
 /// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
 #[derive(Clone, Copy)]
@@ -92,48 +54,68 @@ impl<S: Simd> Sum<S> {
     }
 }
 
-/// uᵀ W v for ξ = u ⊗ v and a matrix W, row-major with `v.len()` columns.
+/// w·ξ for `J` rows of weights w.
 #[inline(always)]
-pub(crate) fn contract<S: Simd>(simd: S, weights: &[f64], xi: Activation<'_>) -> f64 {
-    let mut sum = Sum::zero(simd);
-    let mut first = 0;
-    while first < xi.v.len() {
-        first += match (xi.v.len() - first) / LANES {
-            1 => columns::<S, 1>(simd, weights, first, xi, &mut sum),
-            2 => columns::<S, 2>(simd, weights, first, xi, &mut sum),
-            3 => columns::<S, 3>(simd, weights, first, xi, &mut sum),
-            _ => columns::<S, BLOCK>(simd, weights, first, xi, &mut sum),
-        };
+pub(crate) fn contract<S: Simd, const J: usize>(
+    simd: S,
+    mut weights: [&[f64]; J],
+    dyads: &Dyads,
+    xi: &[f64],
+) -> [f64; J] {
+    let mut sums = [Sum::zero(simd); J];
+    for dyad in dyads {
+        let factors = (dyad.u.of(xi), dyad.v.of(xi));
+        let mut first = 0;
+        while first < dyad.v.len {
+            first += match (dyad.v.len - first) / LANES {
+                1 => columns::<S, J, 1>(simd, &weights, first, factors, &mut sums),
+                2 => columns::<S, J, 2>(simd, &weights, first, factors, &mut sums),
+                3 => columns::<S, J, 3>(simd, &weights, first, factors, &mut sums),
+                _ => columns::<S, J, BLOCK>(simd, &weights, first, factors, &mut sums),
+            };
+        }
+        for row in &mut weights {
+            *row = &row[dyad.len()..];
+        }
     }
-    sum.total()
+    let mut totals = [0.0; J];
+    for (total, sum) in totals.iter_mut().zip(&sums) {
+        *total = sum.total();
+    }
+    totals
 }
 
-/// Adds the share of `C` runs of columns from column `first` on: first over the rows, then over the columns. Returns the
-/// number of columns.
+/// Adds the share of `C` runs of columns from column `first` on, for matrices with the shape of a product: first over the
+/// rows, then over the columns. Returns the number of columns.
 #[inline(always)]
-fn columns<S: Simd, const C: usize>(
+fn columns<S: Simd, const J: usize, const C: usize>(
     simd: S,
-    weights: &[f64],
+    matrices: &[&[f64]; J],
     first: usize,
-    xi: Activation<'_>,
-    sum: &mut Sum<S>,
+    (u, v): (&[f64], &[f64]),
+    sums: &mut [Sum<S>; J],
 ) -> usize {
-    let mut rows = [Sum::zero(simd); C];
-    let mut rest = weights;
-    for u in xi.u {
-        let (row, others) = rest.split_at(xi.v.len());
-        let (u, w) = (simd.splat_f64s(*u), runs::<S, C>(row, first));
-        for (c, row) in rows.iter_mut().enumerate() {
-            for part in 0..Sum::<S>::PARTS {
-                row.add(simd, part, u, w[c * Sum::<S>::PARTS + part]);
+    let mut rows = [[Sum::zero(simd); C]; J];
+    let mut rest = *matrices;
+    for u in u {
+        let u = simd.splat_f64s(*u);
+        for j in 0..J {
+            let (row, others) = rest[j].split_at(v.len());
+            let w = runs::<S, C>(row, first);
+            for c in 0..C {
+                for part in 0..Sum::<S>::PARTS {
+                    rows[j][c].add(simd, part, u, w[c * Sum::<S>::PARTS + part]);
+                }
             }
+            rest[j] = others;
         }
-        rest = others;
     }
-    let v = runs::<S, C>(xi.v, first);
-    for (c, row) in rows.iter().enumerate() {
-        for part in 0..Sum::<S>::PARTS {
-            sum.add(simd, part, row.0[part], v[c * Sum::<S>::PARTS + part]);
+    let v = runs::<S, C>(v, first);
+    for j in 0..J {
+        for c in 0..C {
+            for part in 0..Sum::<S>::PARTS {
+                sums[j].add(simd, part, rows[j][c].0[part], v[c * Sum::<S>::PARTS + part]);
+            }
         }
     }
     C * LANES
@@ -145,14 +127,15 @@ fn runs<S: Simd, const C: usize>(row: &[f64], first: usize) -> &[S::f64s] {
     S::as_simd_f64s(&row[first..first + C * LANES]).0
 }
 
-/// W ← keep W + Σ c ξᵀ for equally many c and ξ = u ⊗ v, row-major; returns |W|² of the result.
+/// w ← keep w + Σ c ξ for equally many c and ξ; returns |w|² of the result.
 #[inline(always)]
 pub(crate) fn accumulate<S: Simd>(
     simd: S,
     weights: &mut [f64],
     keep: f64,
+    dyads: &Dyads,
     coefficients: &[f64],
-    terms: &[Activation<'_>],
+    terms: &[&[f64]],
 ) -> f64 {
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
@@ -163,11 +146,11 @@ pub(crate) fn accumulate<S: Simd>(
     let mut squares = None;
     for (c, xi) in coefficients.chunks(BATCH).zip(terms.chunks(BATCH)) {
         squares = match xi.len() {
-            5 => Some(add::<S, 5>(simd, weights, c, xi)),
-            4 => Some(add::<S, 4>(simd, weights, c, xi)),
-            3 => Some(add::<S, 3>(simd, weights, c, xi)),
-            2 => Some(add::<S, 2>(simd, weights, c, xi)),
-            _ => Some(add::<S, 1>(simd, weights, c, xi)),
+            5 => Some(add::<S, 5>(simd, weights, dyads, c, xi)),
+            4 => Some(add::<S, 4>(simd, weights, dyads, c, xi)),
+            3 => Some(add::<S, 3>(simd, weights, dyads, c, xi)),
+            2 => Some(add::<S, 2>(simd, weights, dyads, c, xi)),
+            _ => Some(add::<S, 1>(simd, weights, dyads, c, xi)),
         };
     }
     squares.unwrap_or_else(|| dot(simd, weights, weights))
@@ -177,26 +160,27 @@ pub(crate) fn accumulate<S: Simd>(
 #[inline(always)]
 fn add<S: Simd, const K: usize>(
     simd: S,
-    weights: &mut [f64],
+    mut weights: &mut [f64],
+    dyads: &Dyads,
     coefficients: &[f64],
-    terms: &[Activation<'_>],
+    terms: &[&[f64]],
 ) -> f64 {
-    let (Some(coefficients), Some(terms)) = (coefficients.first_chunk(), terms.first_chunk())
-    else {
+    let (Some(c), Some(terms)) = (coefficients.first_chunk(), terms.first_chunk()) else {
         return 0.0;
     };
-    let stride = terms[0].v.len();
     let mut squares = Sum::zero(simd);
-    let mut first = 0;
-    while first < stride {
-        first += match (stride - first) / LANES {
-            1 => add_columns::<S, K, 1>(simd, weights, first, coefficients, terms, &mut squares),
-            2 => add_columns::<S, K, 2>(simd, weights, first, coefficients, terms, &mut squares),
-            3 => add_columns::<S, K, 3>(simd, weights, first, coefficients, terms, &mut squares),
-            _ => {
-                add_columns::<S, K, BLOCK>(simd, weights, first, coefficients, terms, &mut squares)
-            }
-        };
+    for dyad in dyads {
+        let (matrix, others) = weights.split_at_mut(dyad.len());
+        let mut first = 0;
+        while first < dyad.v.len {
+            first += match (dyad.v.len - first) / LANES {
+                1 => add_columns::<S, K, 1>(simd, matrix, first, dyad, c, terms, &mut squares),
+                2 => add_columns::<S, K, 2>(simd, matrix, first, dyad, c, terms, &mut squares),
+                3 => add_columns::<S, K, 3>(simd, matrix, first, dyad, c, terms, &mut squares),
+                _ => add_columns::<S, K, BLOCK>(simd, matrix, first, dyad, c, terms, &mut squares),
+            };
+        }
+        weights = others;
     }
     squares.total()
 }
@@ -206,18 +190,18 @@ fn add<S: Simd, const K: usize>(
 #[inline(always)]
 fn add_columns<S: Simd, const K: usize, const C: usize>(
     simd: S,
-    weights: &mut [f64],
+    matrix: &mut [f64],
     first: usize,
+    dyad: &Dyad,
     coefficients: &[f64; K],
-    terms: &[Activation<'_>; K],
+    terms: &[&[f64]; K],
     squares: &mut Sum<S>,
 ) -> usize {
-    let (rows, stride) = (terms[0].u.len(), terms[0].v.len());
     let (mut u, mut v) = ([&[][..]; K], [[[simd.splat_f64s(0.0); LANES]; C]; K]);
     for k in 0..K {
-        u[k] = &terms[k].u[..rows];
+        u[k] = dyad.u.of(terms[k]);
         let c = simd.splat_f64s(coefficients[k]);
-        let registers = runs::<S, C>(terms[k].v, first);
+        let registers = runs::<S, C>(dyad.v.of(terms[k]), first);
         for run in 0..C {
             for part in 0..Sum::<S>::PARTS {
                 v[k][run][part] = simd.mul_f64s(c, registers[run * Sum::<S>::PARTS + part]);
@@ -225,9 +209,9 @@ fn add_columns<S: Simd, const K: usize, const C: usize>(
         }
     }
     let mut sums = [Sum::zero(simd); C];
-    let mut rest = weights;
-    for a in 0..rows {
-        let (row, others) = rest.split_at_mut(stride);
+    let mut rest = matrix;
+    for a in 0..dyad.u.len {
+        let (row, others) = rest.split_at_mut(dyad.v.len);
         let mut scales = [simd.splat_f64s(0.0); K];
         for k in 0..K {
             scales[k] = simd.splat_f64s(u[k][a]);
@@ -312,34 +296,40 @@ mod tests {
     use pulp::Scalar;
 
     use super::*;
+    use crate::fuzzy::places::Span;
 
-    /// Every loop on a matrix of 7 rows, and on one of 1: the numbers that it returns, and all that it writes.
+    fn some(len: usize, seed: usize) -> Vec<f64> {
+        (0..len).map(|k| ((k * 37 + seed) % 101) as f64 / 101.0 - 0.3).collect()
+    }
+
+    /// A product of `columns` numbers by 8, and one of `rows` by `whole`, in blocks of this length.
+    fn dyads(columns: usize, rows: usize, whole: usize) -> (Dyads, usize) {
+        let spans = [columns, LANES, rows, whole].map(|len| Span { first: 0, len });
+        let [u, mut v, mut x, mut y] = spans;
+        v.first = u.len.next_multiple_of(LANES);
+        x.first = v.first + v.len;
+        y.first = x.first + x.len.next_multiple_of(LANES);
+        ([Dyad { u, v }, Dyad { u: x, v: y }], y.first + y.len)
+    }
+
+    /// Every loop on weights for a product of so many rows: the numbers that it returns, and all that it writes.
     struct All(usize);
 
     impl WithSimd for All {
         type Output = Vec<f64>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-            const COLUMNS: usize = 3 * LANES;
-            let rows = self.0;
-            let some = |len: usize, seed: usize| -> Vec<f64> {
-                (0..len).map(|k| ((k * 37 + seed) % 101) as f64 / 101.0 - 0.3).collect()
-            };
-            let mut weights = some(2 * rows * COLUMNS, 1);
-            let (u, v) = (some(8 * rows, 2), some(8 * COLUMNS, 3));
-            let xi = Activation { u: &u[..rows], v: &v[..COLUMNS] };
-            let mut results = vec![contract(simd, &weights[..rows * COLUMNS], xi)];
-            let terms: Vec<Activation<'_>> = (0..8)
-                .map(|k| Activation {
-                    u: &u[k * rows..(k + 1) * rows],
-                    v: &v[k * COLUMNS..(k + 1) * COLUMNS],
-                })
-                .collect();
+            let (dyads, block) = dyads(2, self.0, 3 * LANES);
+            let len = dyads.iter().map(Dyad::len).sum();
+            let (mut weights, xi) = (some(2 * len, 1), some(8 * block, 2));
+            let (first, second) = weights.split_at(len);
+            let mut results = contract(simd, [first, second], &dyads, &xi[..block]).to_vec();
+            results.extend(contract(simd, [first], &dyads, &xi[..block]));
+            let terms: Vec<&[f64]> = xi.chunks_exact(block).collect();
             let coefficients: Vec<f64> = (0..8).map(|k| 0.1 + k as f64).collect();
             for count in 0..=terms.len() {
-                let row = &mut weights[rows * COLUMNS..];
                 let (c, xi) = (&coefficients[..count], &terms[..count]);
-                results.push(accumulate(simd, row, 0.9, c, xi));
+                results.push(accumulate(simd, &mut weights[len..], 0.9, &dyads, c, xi));
             }
             results.push(dot(simd, &weights, &weights));
             results.extend(weights);
@@ -361,27 +351,39 @@ mod tests {
 
     #[test]
     fn contraction_and_accumulation_are_those_of_the_written_out_product() {
-        for (rows, columns) in [(1, LANES), (4, 2 * LANES), (25, 4 * LANES), (3, 13 * LANES)] {
-            let some = |len: usize, seed: usize| -> Vec<f64> {
-                (0..len).map(|k| ((k * 29 + seed) % 97) as f64 / 97.0 - 0.4).collect()
-            };
-            let (mut weights, u, v) =
-                (some(rows * columns, 1), some(6 * rows, 2), some(6 * columns, 3));
-            let terms: Vec<Activation<'_>> = (0..6)
-                .map(|k| Activation { u: &u[k * rows..][..rows], v: &v[k * columns..][..columns] })
+        for (columns, rows, whole) in [
+            (0, 1, LANES),
+            (1, 4, 2 * LANES),
+            (3, 25, 3 * LANES),
+            (0, 25, 4 * LANES),
+            (7, 3, 13 * LANES),
+        ] {
+            let (dyads, block) = dyads(columns, rows, whole);
+            let len = dyads.iter().map(Dyad::len).sum();
+            let (mut weights, xi, c) = (some(2 * len, 1), some(6 * block, 2), some(6, 4));
+            let terms: Vec<&[f64]> = xi.chunks_exact(block).collect();
+            let written: Vec<Vec<f64>> = terms
+                .iter()
+                .map(|xi| {
+                    let rows =
+                        dyads.iter().flat_map(|dyad| dyad.u.of(xi).iter().map(move |u| (u, dyad)));
+                    rows.flat_map(|(u, dyad)| dyad.v.of(xi).iter().map(move |v| u * v)).collect()
+                })
                 .collect();
-            let c = some(6, 4);
-            let written: f64 =
-                (0..rows * columns).map(|k| weights[k] * u[k / columns] * v[k % columns]).sum();
-            assert_abs_diff_eq!(contract(Scalar, &weights, terms[0]), written, epsilon = 1e-13);
+            let product = |w: &[f64]| w.iter().zip(&written[0]).map(|(w, x)| w * x).sum::<f64>();
+            let (first, second) = weights.split_at(len);
+            let both = contract(Scalar, [first, second], &dyads, terms[0]);
+            assert_abs_diff_eq!(both[0], product(first), epsilon = 1e-12);
+            assert_abs_diff_eq!(both[1], product(second), epsilon = 1e-12);
+            assert_eq!(contract(Scalar, [first], &dyads, terms[0]), [both[0]]);
+            assert_eq!(contract(Scalar, [second], &dyads, terms[0]), [both[1]]);
 
+            weights.truncate(len);
             let mut wanted: Vec<f64> = weights.iter().map(|w| 0.9 * w).collect();
-            for (c, xi) in c.iter().zip(&terms) {
-                for (k, w) in wanted.iter_mut().enumerate() {
-                    *w += c * xi.u[k / columns] * xi.v[k % columns];
-                }
+            for (c, xi) in c.iter().zip(&written) {
+                wanted.iter_mut().zip(xi).for_each(|(w, x)| *w += c * x);
             }
-            let squares = accumulate(Scalar, &mut weights, 0.9, &c, &terms);
+            let squares = accumulate(Scalar, &mut weights, 0.9, &dyads, &c, &terms);
             let norm: f64 = weights.iter().map(|w| w * w).sum();
             assert_relative_eq!(squares, norm, max_relative = 1e-13);
             for (w, wanted) in weights.iter().zip(&wanted) {

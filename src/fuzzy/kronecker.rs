@@ -2,7 +2,8 @@
 
 use pulp::Simd;
 
-use super::kernels::{BLOCK, LANES, Span};
+use super::kernels::{BLOCK, LANES};
+use super::places::Span;
 
 /// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
 #[derive(Clone, Copy, Debug)]

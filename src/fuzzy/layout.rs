@@ -2,6 +2,7 @@
 
 use super::basis::{Form, MAX_RULES, length};
 use super::kernels::LANES;
+use super::places::{Dyad, Dyads, Span};
 use crate::error::{Error, Result};
 
 /// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then padding, and it is soon made.
@@ -22,6 +23,9 @@ pub(super) struct Layout {
     pub inner: usize,
     /// Length of v with its padding to whole lanes.
     pub stride: usize,
+    /// The order of a weight matrix, u by v: the columns that fill no whole lanes, column by column, if less of them is
+    /// then padding; and the others, row by row.
+    pub dyads: Dyads,
     /// Length of an evaluated block: v, u, each with room for one more run of lanes.
     pub block: usize,
     /// Start of the memberships that the blocks are made of.
@@ -65,10 +69,30 @@ impl Layout {
         (outer, inner): (usize, usize),
         memberships: usize,
     ) -> Self {
-        let stride = inner.next_multiple_of(LANES);
-        let block = stride + outer.next_multiple_of(LANES) + 2 * LANES;
+        let (stride, height) = (inner.next_multiple_of(LANES), outer.next_multiple_of(LANES));
+        let (u, v) = (Span { first: stride + LANES, len: outer }, Span { first: 0, len: stride });
+        let left_over = inner % LANES;
+        let dyads = if left_over > 0 && left_over * height < outer * LANES {
+            let (whole, rest) =
+                (inner - left_over, Span { first: inner - left_over, len: left_over });
+            let column = Span { len: height, ..u };
+            [Dyad { u: rest, v: column }, Dyad { u, v: Span { len: whole, ..v } }]
+        } else {
+            [Dyad::EMPTY, Dyad { u, v }]
+        };
+        let block = stride + height + 2 * LANES;
         let (memberships, total) = (blocks * block, blocks * block + memberships);
-        Self { blocks, inputs, leading, outer, inner, stride, block, memberships, total }
+        Self { blocks, inputs, leading, outer, inner, stride, dyads, block, memberships, total }
+    }
+
+    /// Where the weight of a rule stands in its matrix.
+    pub fn place(&self, rule: usize) -> usize {
+        let (row, column) = (rule / self.inner, rule % self.inner);
+        let [columns, rows] = &self.dyads;
+        match column.checked_sub(rows.v.len) {
+            None => columns.len() + row * rows.v.len + column,
+            Some(left_over) => left_over * columns.v.len + row,
+        }
     }
 
     fn grid(blocks: usize, sets: &[usize], memberships: usize) -> Result<Self> {
@@ -85,5 +109,42 @@ impl Layout {
         }
         let outer = own().take(leading).product();
         Ok(Self::sized(blocks, inputs, leading, (outer, inner), memberships))
+    }
+}
+
+#[cfg(test)]
+#[cfg(feature = "std")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_rule_has_a_place_of_its_own_where_its_factors_meet() {
+        for sets in [&[5, 5, 5, 5][..], &[4, 3], &[7, 7, 7, 7], &[3; 6], &[6, 6, 6], &[9, 2], &[1]]
+        {
+            let layout = Layout::grid(1, sets, 0).unwrap();
+            let mut block = vec![0.0; layout.block];
+            let u_first = layout.stride + LANES;
+            (0..layout.outer).for_each(|row| block[u_first + row] = 1.0 + row as f64);
+            (0..layout.inner).for_each(|column| block[column] = 1000.0 * (1.0 + column as f64));
+            let products: Vec<f64> = layout
+                .dyads
+                .iter()
+                .flat_map(|dyad| dyad.u.of(&block).iter().map(|u| (u, dyad.v.of(&block))))
+                .flat_map(|(u, v)| v.iter().map(move |v| u * v))
+                .collect();
+            for rule in 0..layout.outer * layout.inner {
+                let (row, column) = (rule / layout.inner, rule % layout.inner);
+                let wanted = 1000.0 * (1.0 + row as f64) * (1.0 + column as f64);
+                assert_eq!(products[layout.place(rule)], wanted, "{sets:?} {rule}");
+            }
+            let padding = products.iter().filter(|product| **product == 0.0).count();
+            assert_eq!(products.len() - padding, layout.outer * layout.inner, "{sets:?}");
+        }
+    }
+
+    #[test]
+    fn the_625_rules_of_the_paper_have_7_of_padding() {
+        let layout = Layout::grid(1, &[5; 4], 0).unwrap();
+        assert_eq!(layout.dyads.iter().map(Dyad::len).sum::<usize>(), 632);
     }
 }

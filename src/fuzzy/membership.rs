@@ -4,7 +4,7 @@
 //! x is from every centre.
 
 use super::basis::MAX_SETS;
-use super::kernels::Span;
+use super::places::Span;
 use crate::math::exp;
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.

@@ -10,6 +10,7 @@ mod kronecker;
 mod lattice;
 mod layout;
 mod membership;
+mod places;
 
 #[cfg(feature = "std")]
 pub use approximator::FuzzyApproximator;

@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{FuzzyCompensator, FuzzyState, Places};
 use crate::control::{Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
-use crate::fuzzy::kernels::{Activation, accumulate, contract, flush};
+use crate::fuzzy::kernels::{accumulate, contract, flush};
 use crate::math::Vector;
 
 /// Denormal weights are looked for once in so many steps.
@@ -142,15 +142,19 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     #[inline(always)]
     fn products<S: Simd>(&self, simd: S, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
-        let (mut rest, mut xi) = (memory, self.basis.block(activation, 0));
+        let (dyads, len) = (self.basis.dyads(), self.basis.row_len());
+        let row = |n: usize| &memory[n * len..(n + 1) * len];
         let mut products = Vector::<N>::zeros();
-        for n in 0..N {
-            let (row, others) = rest.split_at(self.basis.row_len());
-            if n > 0 && self.basis.blocks() > 1 {
-                xi = self.basis.block(activation, n);
+        let (together, mut n) = (self.basis.blocks() == 1, 0);
+        while n < N {
+            let xi = self.basis.block(activation, self.block_of(n));
+            if together && n + 1 < N {
+                [products[n], products[n + 1]] = contract(simd, [row(n), row(n + 1)], dyads, xi);
+                n += 2;
+            } else {
+                [products[n]] = contract(simd, [row(n)], dyads, xi);
+                n += 1;
             }
-            products[n] = contract(simd, row, xi);
-            rest = others;
         }
         *out = products;
     }
@@ -209,7 +213,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         let (weights, rest) = state.memory.as_mut_slice().split_at_mut(matrix);
         let activations = &rest[stages - matrix..];
         let mix = &state.stages.mixes[count];
-        let (mut stages, mut terms) = ([0; MAX_STAGES], [Activation::NONE; MAX_STAGES]);
+        let (mut stages, mut terms) = ([0; MAX_STAGES], [&[][..]; MAX_STAGES]);
         let mut used = 0;
         for j in 0..count {
             if mix.terms[j].iter().any(|c| *c != 0.0) {
@@ -229,7 +233,9 @@ impl<const N: usize> FuzzyCompensator<N> {
                 }
             }
             if used > 0 || mix.keep[n] != 1.0 {
-                state.norms[n] = accumulate(simd, row, mix.keep[n], &coefficients[..used], terms);
+                let coefficients = &coefficients[..used];
+                state.norms[n] =
+                    accumulate(simd, row, mix.keep[n], self.basis.dyads(), coefficients, terms);
             }
             rest = others;
         }
