@@ -104,7 +104,7 @@ impl TwoLink {
     }
 
     /// M from cos q₂.
-    #[inline]
+    #[inline(always)]
     fn mass(&self, cos_2: f64) -> Matrix<2> {
         let [theta_1, theta_2, theta_3] = self.theta;
         let coupling = theta_2 * cos_2;
@@ -113,7 +113,7 @@ impl TwoLink {
     }
 
     /// H from q₁, sin q₂, cos q₂.
-    #[inline]
+    #[inline(always)]
     fn bias_at(&self, q1: f64, (sin_2, cos_2): (f64, f64), dq: &Vector<2>) -> Vector<2> {
         // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
         let h = self.theta[1] * sin_2;
@@ -173,14 +173,14 @@ impl Arm<2> for TwoLink {
         self.bias_at(q[0], sin_cos(q[1]), dq)
     }
 
-    #[inline]
+    #[inline(always)]
     fn mass_matrix_and_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> (Matrix<2>, Vector<2>) {
         let trig = sin_cos(q[1]);
         (self.mass(trig.1), self.bias_at(q[0], trig, dq))
     }
 
     /// q̈ = M⁻¹(τ − H) with the determinant of [`TwoLink::new`], which cannot cancel.
-    #[inline]
+    #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<2>, dq: &Vector<2>, tau: &Vector<2>) -> Vector<2> {
         let trig = sin_cos(q[1]);
         let mass = self.mass(trig.1);

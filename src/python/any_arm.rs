@@ -108,7 +108,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn mass_matrix_and_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> (Matrix<N>, Vector<N>) {
         match self {
             Self::TwoLink(arm) => {
@@ -127,7 +127,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         match self {
             Self::TwoLink(arm) => back(&arm.forward_dynamics(&two(q), &two(dq), &two(tau))),

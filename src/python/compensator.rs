@@ -33,7 +33,7 @@ pub(super) enum AnyState<const N: usize> {
 }
 
 impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
-    #[inline]
+    #[inline(always)]
     fn estimate(
         &self,
         state: &mut AnyState<N>,
@@ -49,7 +49,7 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn hold(&self, state: &mut AnyState<N>, index: usize) {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.hold(state, index),
@@ -84,7 +84,7 @@ impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn audit(&self, state: &AnyState<N>, index: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         match (self, state) {
             (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.audit(state, index, sample),

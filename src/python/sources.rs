@@ -55,7 +55,7 @@ impl<const N: usize> Signal for Motion<N> {
 
 impl<const N: usize> Motion<N> {
     /// The signal without its derivatives.
-    #[inline]
+    #[inline(always)]
     fn position(&self, t: f64) -> Vector<N> {
         match self {
             Self::Sines(sines) => sines.value(t),
@@ -65,7 +65,7 @@ impl<const N: usize> Motion<N> {
 }
 
 impl<const N: usize> Reference<N> for Motion<N> {
-    #[inline]
+    #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
         match self {
             Self::Sines(sines) => sines.at(t),
@@ -165,7 +165,7 @@ impl<const N: usize> AnyReference<N> {
 }
 
 impl<const N: usize> Reference<N> for AnyReference<N> {
-    #[inline]
+    #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
         match &self.0 {
             Source::Motion(motion) => motion.at(t),
@@ -227,7 +227,7 @@ impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
         match &self.0 {
             None => Some(Vector::zeros()),

@@ -50,7 +50,7 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
     }
 
     /// The sum alone, without its derivatives, at time `t` [s].
-    #[inline]
+    #[inline(always)]
     pub fn value(&self, t: f64) -> Vector<N> {
         let mut value = self.offset;
         for Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {
@@ -64,7 +64,7 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
 }
 
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Reference<N> for Sines<N, T> {
-    #[inline]
+    #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
         let mut setpoint = Setpoint::at_rest(self.offset);
         for &Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {

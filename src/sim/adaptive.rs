@@ -2,7 +2,7 @@
 
 use super::integrators::{DP54, DP54_ERROR, Motion, Rates, Tolerance};
 use crate::control::Stage;
-use crate::math::{Vector, pow};
+use crate::math::{Vector, exp, ln};
 
 /// Safety factor of the step size, and bounds of its change from one step to the next.
 const SAFETY: f64 = 0.9;
@@ -44,7 +44,7 @@ pub(super) fn attempt<const N: usize>(
         });
         let motion = start.plus(step, &DP54.weights, rates);
         let error = Motion::error(step, &DP54_ERROR, rates, [start, &motion], tolerance);
-        let factor = (SAFETY * pow(error, -0.2)).clamp(MIN_FACTOR, MAX_FACTOR);
+        let factor = (SAFETY * exp(-0.2 * ln(error))).clamp(MIN_FACTOR, MAX_FACTOR);
         if error <= 1.0 {
             return Some(Accepted { motion, h: step, end, next_h: h.max(step) * factor });
         }

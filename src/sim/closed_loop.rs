@@ -114,7 +114,8 @@ where
         self.evaluate(state, stage, t, motion).1
     }
 
-    /// The loop and q̈ at a stage. Inlined, so that a stage computes only what its caller uses.
+    /// The loop and q̈ at a stage. Inlined, as all that it calls on the way, so that a stage computes only what its caller
+    /// uses, and its numbers stay in registers: returned through memory one by one, they could not be read soon as one.
     #[inline(always)]
     pub(super) fn evaluate<S>(
         &mut self,
@@ -216,7 +217,7 @@ where
     }
 
     /// The set-point at time `t`, and the disturbance if it depends on the time alone.
-    #[inline]
+    #[inline(always)]
     fn at_time(&mut self, t: f64) -> (Setpoint<N>, Option<Vector<N>>) {
         match self.latest {
             Some((time, setpoint, disturbance)) if time == t => (setpoint, disturbance),

@@ -36,15 +36,13 @@ where
     let mut rates = [Motion::zeros(); 4];
     for k in 0..=record.steps {
         let t = record.time(k);
-        let ddq = system.acceleration(state, &RK4.stage(0, h), t, &motion);
+        let (at, ddq) = system.evaluate(state, &RK4.stage(0, h), t, &motion);
         rates[0] = Motion { q: motion.dq, dq: ddq };
-        if let Some(at) = system.evaluation() {
-            if !record.check(at) {
-                break;
-            }
-            record.take(k, at);
-            record.confirm(&mut certificate, at);
+        if !record.check(&at) {
+            break;
         }
+        record.take(k, &at);
+        record.confirm(&mut certificate, &at);
         if k == record.steps {
             break;
         }

@@ -92,7 +92,7 @@ impl<const N: usize> Recorder<N> {
 
     /// The same for a row of the motion.
     pub fn take_motion(&mut self, t: f64, sample: &Sample<N>) {
-        if wrong_motion(sample).is_none() {
+        if moderate(sample) {
             self.run.push_motion(t, sample);
         }
     }
