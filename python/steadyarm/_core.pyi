@@ -1,4 +1,4 @@
-"""The compiled core; all of it but `simulate`, `design` and `metrics` is exported by `steadyarm`.
+"""The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
 type, order and stride; they are copied, and what comes back is always a new float64 array. Arms
@@ -31,6 +31,7 @@ __all__ = [
     "bounded_real_riccati",
     "care",
     "design",
+    "desired_motion",
     "metrics",
     "simulate",
 ]
@@ -769,6 +770,11 @@ def simulate(
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
+
+def desired_motion(
+    reference: Sines | Quintic | Table | _ReferenceCallable, joints: int, t: ArrayLike
+) -> list[_Array]:
+    """Return [q_d, dq_d, ddq_d] at each of these times, (T, n) each."""
 
 def design(
     tracker: ComputedTorque,

@@ -21,6 +21,9 @@ FORMAT = 2
 """Version of the files that `Run.save` writes."""
 
 
+DESIRED = ("q_d", "dq_d", "ddq_d", "e", "de")
+"""Arrays that a record of the motion alone has when they are first asked for."""
+
 TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 """Arrays that a record of the motion alone has no rows of."""
 
@@ -94,7 +97,8 @@ class Metrics:
 class Run:
     """The record of a simulation, time first: every array has shape (T,) or (T, n).
 
-    A record of the motion alone (``record="motion"``) has no rows of torque and model error.
+    A record of the motion alone (``record="motion"``) has no rows of torque and model error, and
+    computes set-points and errors when one of them is first asked for.
     """
 
     t: Array
@@ -137,14 +141,39 @@ class Run:
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
 
     @classmethod
-    def from_record(cls, record: dict[str, Any]) -> Run:
-        """Build a run from the core's record."""
+    def from_record(cls, record: dict[str, Any], reference: Any) -> Run:
+        """Build a run from the core's record, and the reference that it followed."""
         certificate = record.pop("certificate")
-        return cls(
+        run = cls(
             **{key: value for key, value in record.items() if key != "status"},
             status=Status(*record["status"]),
             certificate=None if certificate is None else Certificate(**certificate),
         )
+        if len(run.q_d) < len(run.t):
+            for name in DESIRED:
+                del vars(run)[name]
+            vars(run)["_reference"] = reference
+        return run
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            # Called for what is not there alone: the set-points of a record of the motion.
+            if name not in DESIRED or "_reference" not in vars(self):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            q_d, dq_d, ddq_d = _core.desired_motion(self._reference, self.joints, self.t)
+            desired = dict(
+                zip(DESIRED, (q_d, dq_d, ddq_d, self.q - q_d, self.dq - dq_d), strict=True)
+            )
+            vars(self).update(desired)
+            vars(self).pop("_reference", None)
+            return desired[name]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all that a copy has: set-points and errors instead of the reference."""
+        for name in DESIRED:
+            getattr(self, name)
+        return vars(self)
 
     @property
     def joints(self) -> int:

@@ -58,9 +58,11 @@ def simulate(
     q0, dq0: initial position [rad] and velocity [rad/s], zero by default.
     rtol, atol: tolerances of "dp54".
     record_every: record every so many steps only.
-    record: "all" signals, or only the "motion": t, q, dq, q_d, dq_d, ddq_d, e, de. The arrays of
-        the others are then empty. It saves most of the time of a "dp54" run with many rows: they
-        come from its dense output alone.
+    record: "all" signals, or only the "motion": t, q, dq. The set-points (q_d, dq_d, ddq_d) and
+        errors (e, de) are then computed when one of them is first asked for: the reference is
+        called again at the times of the rows. The arrays of the other signals are empty. It saves
+        memory, and most of the time of a "dp54" run with many rows: they come from its dense
+        output alone.
     progress: show a progress bar.
 
     Returns
@@ -87,7 +89,7 @@ def simulate(
             bar.update(columns["status"][1] - bar.n)
     else:
         columns, raised = _core.simulate(*arguments, *options, record, None)
-    run = Run.from_record(columns)
+    run = Run.from_record(columns, reference)
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")

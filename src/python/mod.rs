@@ -77,5 +77,7 @@ mod core_module {
     #[pymodule_export]
     use super::simulate::{PyPlant, metrics, simulate};
     #[pymodule_export]
+    use super::sources::desired_motion;
+    #[pymodule_export]
     use super::tracker::PyComputedTorque;
 }

@@ -6,9 +6,11 @@ use std::sync::Mutex;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::convert::{Array1, array1, type_name, vector};
-use super::dispatch::same_joints;
+use super::convert::{Array1, Array2, array1, numbers, owned2, type_name, vector};
+use super::dispatch::{for_joints, same_joints};
 use super::signals::{PyQuintic, PySines, PyTable};
+use super::value_error;
+use crate::error::finite;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
@@ -191,6 +193,43 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
         dq: vector(&value.get_item(1)?, "reference: dq_d")?,
         ddq: vector(&value.get_item(2)?, "reference: ddq_d")?,
     })
+}
+
+/// [q_d, dq_d, ddq_d] at each of these times, (T, n) each.
+///
+/// What a callable raises, and ValueError where it returns what is not finite.
+#[pyfunction]
+pub(super) fn desired_motion<'py>(
+    py: Python<'py>,
+    reference: Any<'_, 'py>,
+    joints: usize,
+    t: Any<'_, 'py>,
+) -> PyResult<[Array2<'py>; 3]> {
+    let t = numbers(t, "t")?.values;
+    for_joints!(joints, desired(py, reference, &t))
+}
+
+fn desired<'py, const N: usize>(
+    py: Python<'py>,
+    reference: Any<'_, 'py>,
+    t: &[f64],
+) -> PyResult<[Array2<'py>; 3]> {
+    let reference = AnyReference::<N>::new(reference)?;
+    let mut columns = [(); 3].map(|()| Vec::with_capacity(N * t.len()));
+    py.detach(|| {
+        for t in t {
+            let Setpoint { q, dq, ddq } = reference.at(*t);
+            for (column, row) in columns.iter_mut().zip([q, dq, ddq]) {
+                column.extend(row.iter());
+            }
+        }
+    });
+    if let Some(error) = reference.callback().and_then(Callback::raised) {
+        return Err(error);
+    }
+    columns.iter().try_for_each(|column| finite("reference", column)).map_err(value_error)?;
+    let [q, dq, ddq] = columns.map(|column| owned2(py, column, N));
+    Ok([q?, dq?, ddq?])
 }
 
 /// Any disturbance, or none.

@@ -144,12 +144,6 @@ where
         (evaluation, ddq)
     }
 
-    /// What the controller would see at time `t`.
-    #[inline]
-    pub(super) fn sample(&self, t: f64, motion: &Motion<N>) -> Sample<N> {
-        Sample::new(motion.q, motion.dq, self.reference.at(t))
-    }
-
     /// One step of RK4 of length `h` from `t` to `end` [s], whose stage 0 is already in `rates`.
     ///
     /// # Errors

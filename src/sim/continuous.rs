@@ -123,10 +123,10 @@ where
                 let time = record.time(row);
                 let theta = (time - t) / step.h;
                 let at = between.at(theta);
-                if record.wants_torque() {
+                if record.wants_all() {
                     record.take_between(&dense(&mut system, state, (time, step.h, theta), &at));
                 } else {
-                    record.take_motion(time, &system.sample(time, &at));
+                    record.take_motion(time, &at);
                 }
             }
             row += 1;

@@ -36,7 +36,7 @@ pub struct Window {
 /// The figures of joint `n`, from times, errors and torques of equal length; no torques where they were not recorded.
 ///
 /// # Errors
-/// `window`: holds no sample.
+/// `window`: holds no sample. `e`: not as long as `t`, as in a record of the motion alone.
 pub fn metrics<const N: usize>(
     n: usize,
     t: &[f64],
@@ -44,6 +44,9 @@ pub fn metrics<const N: usize>(
     tau: &[[f64; N]],
     window: Window,
 ) -> Result<Metrics> {
+    if e.len() != t.len() {
+        return Err(Error::WrongLength { parameter: "e", got: e.len(), wanted: t.len() });
+    }
     let first = t.partition_point(|&x| x < window.from);
     let last = t.partition_point(|&x| x <= window.to);
     if first >= last {

@@ -25,8 +25,8 @@ pub enum Record {
     /// All of them.
     #[default]
     All,
-    /// Motion, desired motion and error. A row of an error-controlled run then needs its dense output alone, no evaluation
-    /// of the loop.
+    /// Position and velocity; [`Run::add_reference`](super::Run::add_reference) adds the desired motion and the error
+    /// afterwards. A row of an error-controlled run then needs its dense output alone, no evaluation of the loop.
     Motion,
 }
 

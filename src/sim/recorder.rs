@@ -2,6 +2,7 @@
 
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
+use super::integrators::Motion;
 use super::options::{Options, Record};
 use super::run::{Cause, Run, Status};
 use crate::control::Sample;
@@ -67,7 +68,7 @@ impl<const N: usize> Recorder<N> {
     }
 
     /// Whether a row is more than the motion.
-    pub fn wants_torque(&self) -> bool {
+    pub fn wants_all(&self) -> bool {
         self.record == Record::All
     }
 
@@ -75,9 +76,9 @@ impl<const N: usize> Recorder<N> {
     #[inline]
     pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
         if self.due(k) {
-            self.run.push_motion(at.t, &at.sample);
-            if self.wants_torque() {
-                self.run.push_torque(at);
+            self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
+            if self.wants_all() {
+                self.run.push_rest(at);
             }
         }
     }
@@ -85,15 +86,16 @@ impl<const N: usize> Recorder<N> {
     /// Takes a row between two steps, unless something is wrong with it.
     pub fn take_between(&mut self, at: &Evaluation<N>) {
         if trouble(at).is_none() {
-            self.run.push_motion(at.t, &at.sample);
-            self.run.push_torque(at);
+            self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
+            self.run.push_rest(at);
         }
     }
 
     /// The same for a row of the motion.
-    pub fn take_motion(&mut self, t: f64, sample: &Sample<N>) {
-        if moderate(sample) {
-            self.run.push_motion(t, sample);
+    #[inline]
+    pub fn take_motion(&mut self, t: f64, Motion { q, dq }: &Motion<N>) {
+        if small(q) && small(dq) {
+            self.run.push_motion(t, q, dq);
         }
     }
 
@@ -134,7 +136,6 @@ fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
 #[inline]
 fn moderate<const N: usize>(sample: &Sample<N>) -> bool {
     let Sample { q, dq, desired, .. } = sample;
-    let small = |x: &Vector<N>| x.iter().all(|v| v.abs() <= DIVERGED);
     small(q) && small(dq) && finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)
 }
 
@@ -150,6 +151,12 @@ fn wrong_motion<const N: usize>(sample: &Sample<N>) -> Option<Cause> {
     // A motion that is no number comes from an acceleration that was none.
     let far = q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED);
     Some(if far { Cause::Motion } else { Cause::Acceleration })
+}
+
+/// Whether a motion has not diverged.
+#[inline]
+fn small<const N: usize>(x: &Vector<N>) -> bool {
+    x.iter().all(|v| v.abs() <= DIVERGED)
 }
 
 #[inline]

@@ -9,6 +9,8 @@ use super::closed_loop::Evaluation;
 use super::options::Record;
 use crate::control::Sample;
 use crate::error::Error;
+use crate::math::Vector;
+use crate::reference::Reference;
 
 /// Why a run ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,17 +122,17 @@ impl<const N: usize> Run<N> {
         }
         // Asked for and given back at once: allocators that return a large block to the system when it is freed, to be
         // zeroed page by page for the next run, keep blocks as large as one that was freed before.
-        let whole = room::<f64>((8 * rows).saturating_add(7 * all).saturating_mul(N + 1))?;
+        let whole = room::<f64>((3 * rows).saturating_add(12 * all).saturating_mul(N))?;
         drop(black_box(whole));
         Ok(Self {
             t: room(rows)?,
             q: room(rows)?,
             dq: room(rows)?,
-            q_d: room(rows)?,
-            dq_d: room(rows)?,
-            ddq_d: room(rows)?,
-            e: room(rows)?,
-            de: room(rows)?,
+            q_d: room(all)?,
+            dq_d: room(all)?,
+            ddq_d: room(all)?,
+            e: room(all)?,
+            de: room(all)?,
             tau: room(all)?,
             tau_model: room(all)?,
             tau_compensation: room(all)?,
@@ -143,12 +145,26 @@ impl<const N: usize> Run<N> {
         })
     }
 
+    /// Adds the desired motion and the error to a record of the motion alone, from the run's `reference`: the same as in
+    /// a record of all signals.
+    pub fn add_reference<R: Reference<N>>(&mut self, reference: &R) {
+        for k in self.q_d.len()..self.t.len() {
+            let (q, dq) = (self.q[k].into(), self.dq[k].into());
+            self.push_desired(&Sample::new(q, dq, reference.at(self.t[k])));
+        }
+    }
+
     /// Adds a row of the motion.
     #[inline]
-    pub(super) fn push_motion(&mut self, t: f64, sample: &Sample<N>) {
+    pub(super) fn push_motion(&mut self, t: f64, q: &Vector<N>, dq: &Vector<N>) {
         self.t.push(t);
-        self.q.push(sample.q.into());
-        self.dq.push(sample.dq.into());
+        self.q.push((*q).into());
+        self.dq.push((*dq).into());
+    }
+
+    /// Adds the desired motion of a row, and the error.
+    #[inline]
+    fn push_desired(&mut self, sample: &Sample<N>) {
         self.q_d.push(sample.desired.q.into());
         self.dq_d.push(sample.desired.dq.into());
         self.ddq_d.push(sample.desired.ddq.into());
@@ -156,9 +172,10 @@ impl<const N: usize> Run<N> {
         self.de.push(sample.de.into());
     }
 
-    /// Adds the rest of the row.
+    /// Adds the rest of a row.
     #[inline]
-    pub(super) fn push_torque(&mut self, at: &Evaluation<N>) {
+    pub(super) fn push_rest(&mut self, at: &Evaluation<N>) {
+        self.push_desired(&at.sample);
         self.tau.push(at.applied.into());
         self.tau_model.push(at.command.model.into());
         self.tau_compensation.push(at.command.compensation.into());

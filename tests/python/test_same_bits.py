@@ -93,6 +93,8 @@ def test_record_of_the_motion_leaves_out_the_torque_and_nothing_else(
     options: dict[str, Any], tmp_path: Path
 ) -> None:
     full, motion = run(tracker(), **options), run(tracker(), record="motion", **options)
+    assert "q_d" not in vars(motion)
+    assert same(pickle.loads(pickle.dumps(motion)), motion)
     for name in ("t", "q", "dq", "q_d", "dq_d", "ddq_d", "e", "de", "weights"):
         assert getattr(motion, name).tobytes() == getattr(full, name).tobytes(), name
     for name in ("tau", "tau_model", "tau_compensation", "rho", "rho_hat"):
@@ -106,6 +108,32 @@ def test_record_of_the_motion_leaves_out_the_torque_and_nothing_else(
     motion.save(tmp_path / "run.npz")
     assert same(sa.Run.load(tmp_path / "run.npz"), motion)
     assert len(motion.plot().axes) == 2 * 2
+
+
+def test_record_of_the_motion_asks_a_callable_again() -> None:
+    calls: list[float] = []
+
+    def reference(t: float) -> tuple[Any, Any, Any]:
+        calls.append(t)
+        if len(calls) > 5000:
+            raise RuntimeError("that is enough")
+        return [0.1 * t, 0.0], [0.1, 0.0], [0.0, 0.0]
+
+    def motion() -> sa.Run:
+        return sa.simulate(plant(), tracker(), reference, 0.2, record="motion")
+
+    first = motion()
+    calls.clear()
+    assert first.e[-1, 0] == first.q[-1, 0] - 0.1 * first.t[-1]
+    assert calls == first.t.tolist()
+    assert first.q_d.shape == first.ddq_d.shape == (201, 2) and len(calls) == 201
+    second = motion()
+    calls.extend(5000 * [0.0])
+    with pytest.raises(RuntimeError, match="that is enough"):
+        second.metrics()
+    calls.clear()
+    assert same(copy.copy(second), first)
+    assert not hasattr(second, "torque")
 
 
 def test_progress_bar_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:

@@ -140,7 +140,10 @@ fn a_record_of_the_motion_has_the_rows_of_the_whole_record() {
             let all = Options { method, ..options(control_period) };
             let motion = Options { record: Record::Motion, ..all };
             let (all, _) = simulated(&controller, &all);
-            let (motion, _) = simulated(&controller, &motion);
+            let (mut motion, _) = simulated(&controller, &motion);
+            assert!(motion.q_d.is_empty() && motion.e.is_empty());
+            motion.add_reference(&common::reference());
+            motion.add_reference(&common::reference());
             assert_eq!((&motion.t, &motion.q, &motion.dq), (&all.t, &all.q, &all.dq));
             assert_eq!(
                 (&motion.q_d, &motion.dq_d, &motion.ddq_d),

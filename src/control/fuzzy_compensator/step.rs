@@ -81,10 +81,10 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
         let Self { compensator, state, stage, sample } = self;
         let i = stage.index;
         compensator.activate(simd, state, i, sample);
-        compensator.contract(simd, state, i);
         compensator.correlate(simd, state, stage);
         let (law, frozen) = (&compensator.law, state.frozen);
         law.mix(&mut state.stages, stage, law.leak_rate(frozen));
+        compensator.contract(simd, state, i);
         law.learn(&mut state.stages, &state.norms, i, sample, frozen);
         state.stages.prior[i] + state.stages.learnt[i]
     }
