@@ -6,7 +6,7 @@
 use pulp::Simd;
 
 use super::basis::{MAX_INPUTS, MAX_SETS, length};
-use super::kernels::{LANES, dot_lanes};
+use super::kernels::{LANES, Line, dot_lanes};
 use super::kronecker::Column;
 use super::lattice::Lattice;
 use super::membership::Sets;
@@ -200,7 +200,7 @@ impl Axes {
         mut visit: impl FnMut(usize, f64),
     ) {
         for table in &self.tables[..self.table_count] {
-            let sums = dot_lanes(simd, table.span.of(left), table.span.of(right));
+            let Line(sums) = dot_lanes(simd, table.span.of(left), table.span.of(right));
             table.inputs().iter().zip(sums).for_each(|(&input, sum)| visit(input, sum));
         }
     }

@@ -19,6 +19,11 @@ pub(super) const BLOCK: usize = 4;
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
 
+/// Numbers of all lanes in one cache line: a register across two lines costs twice.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(64))]
+pub(crate) struct Line(pub [f64; LANES]);
+
 /// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
 #[derive(Clone, Copy)]
 struct Sum<S: Simd>([S::f64s; LANES]);
@@ -40,16 +45,16 @@ impl<S: Simd> Sum<S> {
 
     /// The lanes.
     #[inline(always)]
-    fn lanes(&self) -> [f64; LANES] {
-        let mut x = [0.0; LANES];
-        S::as_mut_simd_f64s(&mut x).0.copy_from_slice(&self.0[..Self::PARTS]);
+    fn lanes(&self) -> Line {
+        let mut x = Line([0.0; LANES]);
+        S::as_mut_simd_f64s(&mut x.0).0.copy_from_slice(&self.0[..Self::PARTS]);
         x
     }
 
     /// Adds the lanes in a fixed order.
     #[inline(always)]
     fn total(&self) -> f64 {
-        let x = self.lanes();
+        let Line(x) = self.lanes();
         ((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))
     }
 }
@@ -269,7 +274,7 @@ fn products<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> Sum<S> {
 
 /// Σ x_i y_i in every lane.
 #[inline(always)]
-pub(crate) fn dot_lanes<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> [f64; LANES] {
+pub(crate) fn dot_lanes<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> Line {
     products(simd, left, right).lanes()
 }
 

@@ -11,7 +11,7 @@
 
 use pulp::Simd;
 
-use super::kernels::LANES;
+use super::kernels::{LANES, Line};
 use crate::math::{exp, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
@@ -45,24 +45,24 @@ pub(super) struct Lattice {
     /// Lanes in use.
     used: usize,
     /// p, d/σ² and 1/2σ² of each lane.
-    centers: Lanes,
-    slopes: Lanes,
-    half_precisions: Lanes,
+    centers: Line,
+    slopes: Line,
+    half_precisions: Line,
     /// |x − p| up to which the powers of t, and μ_p, are normal floats.
-    reaches: Lanes,
+    reaches: Line,
     /// exp(−(k d)²/2σ²) of each set.
-    decays: [Lanes; MAX_SETS],
+    decays: [Line; MAX_SETS],
 }
 
 impl Lattice {
     pub const EMPTY: Self = Self {
         pattern: Pattern { sets: 0, steps: [0; MAX_SETS] },
         used: 0,
-        centers: [0.0; LANES],
-        slopes: [0.0; LANES],
-        half_precisions: [0.0; LANES],
-        reaches: [f64::INFINITY; LANES],
-        decays: [[1.0; LANES]; MAX_SETS],
+        centers: Line([0.0; LANES]),
+        slopes: Line([0.0; LANES]),
+        half_precisions: Line([0.0; LANES]),
+        reaches: Line([f64::INFINITY; LANES]),
+        decays: [Line([1.0; LANES]); MAX_SETS],
     };
 
     /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or on another.
@@ -78,13 +78,13 @@ impl Lattice {
             return false;
         }
         self.pattern = pattern;
-        self.centers[lane] = center;
-        self.slopes[lane] = 2.0 * step * half_precision;
-        self.half_precisions[lane] = half_precision;
-        self.reaches[lane] =
+        self.centers.0[lane] = center;
+        self.slopes.0[lane] = 2.0 * step * half_precision;
+        self.half_precisions.0[lane] = half_precision;
+        self.reaches.0[lane] =
             (MAX_EXPONENT / (2.0 * half_precision * span)).min(sqrt(MAX_EXPONENT / half_precision));
         for (decays, c) in self.decays.iter_mut().zip(centers) {
-            decays[lane] = exp(-(c - center) * (c - center) * half_precision);
+            decays.0[lane] = exp(-(c - center) * (c - center) * half_precision);
         }
         self.used += 1;
         true
@@ -113,8 +113,9 @@ impl Lattice {
     /// The lanes that are too far out, bit by bit.
     #[cold]
     fn beyond(&self, x: &[f64], inputs: &[usize]) -> u8 {
-        let far =
-            |lane: usize, input: usize| (x[input] - self.centers[lane]).abs() > self.reaches[lane];
+        let far = |lane: usize, input: usize| {
+            (x[input] - self.centers.0[lane]).abs() > self.reaches.0[lane]
+        };
         let lanes = inputs.iter().enumerate().filter(|&(lane, &input)| far(lane, input));
         lanes.fold(0, |bits, (lane, _)| bits | 1 << lane)
     }
@@ -129,7 +130,7 @@ impl Lattice {
         normalized: bool,
         rows: &mut [Lanes],
     ) -> bool {
-        let lanes = |x: &Lanes| S::as_simd_f64s(x).0[part];
+        let lanes = |x: &Line| S::as_simd_f64s(&x.0).0[part];
         let offset = simd.sub_f64s(x, lanes(&self.centers));
         let beyond = simd.less_than_f64s(lanes(&self.reaches), simd.abs_f64s(offset));
         let square = |x| simd.mul_f64s(x, x);
@@ -170,11 +171,11 @@ impl Lattice {
 /// read soon as a register, so each is put into all lanes and kept in the one that is its own.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, x: &[f64], inputs: &[usize]) -> S::f64s {
-    const NUMBERS: Lanes = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
-    let numbers = S::as_simd_f64s(&NUMBERS).0[0];
+    const NUMBERS: Line = Line([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let numbers = S::as_simd_f64s(&NUMBERS.0).0[0];
     let mut gathered = simd.splat_f64s(0.0);
     for (lane, &input) in inputs.iter().enumerate() {
-        let before = simd.less_than_f64s(numbers, simd.splat_f64s(NUMBERS[lane]));
+        let before = simd.less_than_f64s(numbers, simd.splat_f64s(NUMBERS.0[lane]));
         gathered = simd.select_f64s(before, gathered, simd.splat_f64s(x[input]));
     }
     let used = simd.less_than_f64s(numbers, simd.splat_f64s(inputs.len() as f64));
