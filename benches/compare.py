@@ -3,7 +3,7 @@
 Usage: python benches/compare.py [--rounds N] [--quick]
 
 The closed loop (peers/problem.py) runs through `sa.simulate` and through each peer, in turn: every
-round runs ours directly before each peer. The peers record positions, ours the whole motion. A
+round runs ours directly before each peer. The peers record positions, ours velocities too. A
 figure is the median over the rounds, a ratio one of medians. Before anything is timed, all must
 agree on the RMS errors to 1e-7, and on the solution of the Riccati equation to 1e-9, so that it is
 the same work; if they do not, nothing is timed.
@@ -54,7 +54,7 @@ RTOL, ATOL = 4.8e-9, 4.8e-11
 FINAL = {"record_every": STEPS, "record": "motion"}
 
 MOTION = {"record": "motion"}
-"""What the peers record of the closed loop, too: they keep the positions alone."""
+"""Positions and velocities; the peers keep the positions alone."""
 
 WIDTH = 56
 """Of the first column of the table."""
