@@ -76,6 +76,10 @@ pub(crate) fn contract<S: Simd, const J: usize>(
                 1 => columns::<S, J, 1>(simd, &weights, first, factors, &mut sums),
                 2 => columns::<S, J, 2>(simd, &weights, first, factors, &mut sums),
                 3 => columns::<S, J, 3>(simd, &weights, first, factors, &mut sums),
+                _ if J * Sum::<S>::PARTS > 2 => {
+                    // More would not stay in 16 registers.
+                    columns::<S, J, 2>(simd, &weights, first, factors, &mut sums)
+                }
                 _ => columns::<S, J, BLOCK>(simd, &weights, first, factors, &mut sums),
             };
         }
@@ -324,7 +328,7 @@ mod tests {
         type Output = Vec<f64>;
 
         fn with_simd<S: Simd>(self, simd: S) -> Vec<f64> {
-            let (dyads, block) = dyads(2, self.0, 3 * LANES);
+            let (dyads, block) = dyads(2, self.0, 5 * LANES);
             let len = dyads.iter().map(Dyad::len).sum();
             let (mut weights, xi) = (some(2 * len, 1), some(8 * block, 2));
             let (first, second) = weights.split_at(len);
@@ -356,13 +360,9 @@ mod tests {
 
     #[test]
     fn contraction_and_accumulation_are_those_of_the_written_out_product() {
-        for (columns, rows, whole) in [
-            (0, 1, LANES),
-            (1, 4, 2 * LANES),
-            (3, 25, 3 * LANES),
-            (0, 25, 4 * LANES),
-            (7, 3, 13 * LANES),
-        ] {
+        for (columns, rows, whole) in
+            [(0, 1, 8), (1, 4, 16), (3, 25, 24), (0, 25, 32), (7, 3, 13 * LANES)]
+        {
             let (dyads, block) = dyads(columns, rows, whole);
             let len = dyads.iter().map(Dyad::len).sum();
             let (mut weights, xi, c) = (some(2 * len, 1), some(6 * block, 2), some(6, 4));
