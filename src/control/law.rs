@@ -58,7 +58,11 @@ impl<const N: usize> Law<N> {
         let mix = &mut rest[0];
         mix.keep = Vector::repeat(fade(0.0));
         for (j, (a, &node)) in stage.coefficients.iter().zip(stage.nodes).enumerate() {
-            let weight = if *a == 0.0 { 0.0 } else { stage.step * a * fade(node) };
+            if *a == 0.0 {
+                mix.terms[j] = Vector::zeros();
+                continue;
+            }
+            let weight = stage.step * a * fade(node);
             mix.terms[j] = drive[j] * weight;
             if self.parameters.adaptation.pulls_by_state() {
                 mix.subtract(&(pull[j] * weight), &past[j], j);

@@ -149,18 +149,12 @@ impl FuzzyBasis {
 
     /// Writes a weight row of [`block_rules`](Self::block_rules) entries into its place.
     pub(crate) fn pack(&self, row: &[f64], packed: &mut [f64]) {
-        self.places().zip(row).for_each(|(place, w)| packed[place] = *w);
+        self.layout.places().zip(row).for_each(|(place, w)| packed[place] = *w);
     }
 
     /// Adds a packed weight row to one of [`block_rules`](Self::block_rules) entries.
     pub(crate) fn add_unpacked(&self, packed: &[f64], row: &mut [f64]) {
-        self.places().zip(row).for_each(|(place, w)| *w += packed[place]);
-    }
-
-    /// Where the weights of the rules of a block stand.
-    fn places(&self) -> impl Iterator<Item = usize> {
-        let layout = self.layout;
-        (0..layout.outer * layout.inner).map(move |rule| layout.place(rule))
+        self.layout.places().zip(row).for_each(|(place, w)| *w += packed[place]);
     }
 
     /// Length of an evaluated basis, a whole number of lanes.

@@ -85,9 +85,14 @@ impl Layout {
         Self { blocks, inputs, leading, outer, inner, stride, dyads, block, memberships, total }
     }
 
-    /// Where the weight of a rule stands in its matrix.
-    pub fn place(&self, rule: usize) -> usize {
-        let (row, column) = (rule / self.inner, rule % self.inner);
+    /// Where the weights of all rules stand in their matrix.
+    pub fn places(self) -> impl Iterator<Item = usize> {
+        let row = move |row| (0..self.inner).map(move |column| self.place(row, column));
+        (0..self.outer).flat_map(row)
+    }
+
+    /// Where the weight of a rule stands.
+    fn place(&self, row: usize, column: usize) -> usize {
         let [columns, rows] = &self.dyads;
         match column.checked_sub(rows.v.len) {
             None => columns.len() + row * rows.v.len + column,
@@ -132,10 +137,11 @@ mod tests {
                 .flat_map(|dyad| dyad.u.of(&block).iter().map(|u| (u, dyad.v.of(&block))))
                 .flat_map(|(u, v)| v.iter().map(move |v| u * v))
                 .collect();
+            let places: Vec<usize> = layout.places().collect();
             for rule in 0..layout.outer * layout.inner {
                 let (row, column) = (rule / layout.inner, rule % layout.inner);
                 let wanted = 1000.0 * (1.0 + row as f64) * (1.0 + column as f64);
-                assert_eq!(products[layout.place(rule)], wanted, "{sets:?} {rule}");
+                assert_eq!(products[places[rule]], wanted, "{sets:?} {rule}");
             }
             let padding = products.iter().filter(|product| **product == 0.0).count();
             assert_eq!(products.len() - padding, layout.outer * layout.inner, "{sets:?}");
