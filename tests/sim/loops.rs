@@ -4,11 +4,13 @@ use super::common::{
     self, Adaptive, AdaptiveState, adaptive, bits, everything, fresh, modified, on, weights,
 };
 use steadyarm::control::{Inputs, Limits};
+use steadyarm::error::Error;
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::Reference;
 use steadyarm::sim::{
-    ClosedLoop, Method, Motion, Options, RK4, Record, Run, Status, Tolerance, hold_torque, simulate,
+    ClosedLoop, Method, Motion, Options, RK4, Record, Run, Status, Tolerance, Window, hold_torque,
+    metrics, simulate,
 };
 
 const H: f64 = 1e-3;
@@ -142,6 +144,9 @@ fn a_record_of_the_motion_has_the_rows_of_the_whole_record() {
             let (all, _) = simulated(&controller, &all);
             let (mut motion, _) = simulated(&controller, &motion);
             assert!(motion.q_d.is_empty() && motion.e.is_empty());
+            let window = Window { from: 0.0, to: 1.0, band: 0.01 };
+            let refused = metrics(0, &motion.t, &motion.e, &[], window).unwrap_err();
+            assert!(matches!(refused, Error::WrongLength { parameter: "e", got: 0, .. }));
             motion.add_reference(&common::reference());
             motion.add_reference(&common::reference());
             assert_eq!((&motion.t, &motion.q, &motion.dq), (&all.t, &all.q, &all.dq));
