@@ -158,7 +158,8 @@ class Run:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            # Called for what is not there alone: the set-points of a record of the motion.
+            # Called for what is not there alone: the set-points of a record of the motion. The
+            # reference stays, in case two threads ask at once.
             if name not in DESIRED or "_reference" not in vars(self):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             q_d, dq_d, ddq_d = _core.desired_motion(self._reference, self.joints, self.t)
@@ -166,14 +167,13 @@ class Run:
                 zip(DESIRED, (q_d, dq_d, ddq_d, self.q - q_d, self.dq - dq_d), strict=True)
             )
             vars(self).update(desired)
-            vars(self).pop("_reference", None)
             return desired[name]
 
     def __getstate__(self) -> dict[str, Any]:
         """Return all that a copy has: set-points and errors instead of the reference."""
         for name in DESIRED:
             getattr(self, name)
-        return vars(self)
+        return {name: value for name, value in vars(self).items() if name != "_reference"}
 
     @property
     def joints(self) -> int:

@@ -181,7 +181,7 @@ impl FuzzyBasis {
         &self.layout.dyads
     }
 
-    /// u and v of a block, padded with zeros to whole lanes.
+    /// u of a block, and v with its padding of zeros to whole lanes.
     #[inline]
     fn split<'a>(&self, block: &'a [f64]) -> (&'a [f64], &'a [f64]) {
         let (v, u) = block.split_at(self.layout.stride + LANES);

@@ -3,14 +3,12 @@
 use core::any::Any as Type;
 use std::sync::Mutex;
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 use super::convert::{Array1, Array2, array1, numbers, owned2, type_name, vector};
 use super::dispatch::{for_joints, same_joints};
 use super::signals::{PyQuintic, PySines, PyTable};
-use super::value_error;
-use crate::error::finite;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
@@ -227,7 +225,12 @@ fn desired<'py, const N: usize>(
     if let Some(error) = reference.callback().and_then(Callback::raised) {
         return Err(error);
     }
-    columns.iter().try_for_each(|column| finite("reference", column)).map_err(value_error)?;
+    let lost = |column: &Vec<f64>| column.iter().position(|x| !x.is_finite());
+    if let Some(place) = columns.iter().find_map(lost) {
+        let time = t[place / N];
+        let message = format!("reference: got no number at t = {time} s, wants finite ones");
+        return Err(PyValueError::new_err(message));
+    }
     let [q, dq, ddq] = columns.map(|column| owned2(py, column, N));
     Ok([q?, dq?, ddq?])
 }

@@ -76,17 +76,22 @@ impl<const N: usize> Recorder<N> {
     #[inline]
     pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
         if self.due(k) {
-            self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
-            if self.wants_all() {
-                self.run.push_rest(at);
-            }
+            self.push(at);
         }
     }
 
     /// Takes a row between two steps, unless something is wrong with it.
     pub fn take_between(&mut self, at: &Evaluation<N>) {
         if trouble(at).is_none() {
-            self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
+            self.push(at);
+        }
+    }
+
+    /// Adds what is wanted of a row.
+    #[inline]
+    fn push(&mut self, at: &Evaluation<N>) {
+        self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
+        if self.wants_all() {
             self.run.push_rest(at);
         }
     }
@@ -126,10 +131,7 @@ impl<const N: usize> Recorder<N> {
 /// Why a run cannot go on from here, if it cannot.
 #[inline]
 fn trouble<const N: usize>(at: &Evaluation<N>) -> Option<Cause> {
-    if moderate(&at.sample) && finite(&at.rho) {
-        return None;
-    }
-    Some(wrong_motion(&at.sample).unwrap_or(Cause::Acceleration))
+    if moderate(&at.sample) && finite(&at.rho) { None } else { Some(cause(&at.sample)) }
 }
 
 /// Whether nothing is wrong with a motion and its set-point.
@@ -139,18 +141,16 @@ fn moderate<const N: usize>(sample: &Sample<N>) -> bool {
     small(q) && small(dq) && finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)
 }
 
-/// What is wrong with a motion or its set-point, if anything is.
-fn wrong_motion<const N: usize>(sample: &Sample<N>) -> Option<Cause> {
+/// What is wrong where something is.
+#[cold]
+fn cause<const N: usize>(sample: &Sample<N>) -> Cause {
     let Sample { q, dq, desired, .. } = sample;
-    if moderate(sample) {
-        return None;
-    }
     if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
-        return Some(Cause::Reference);
+        return Cause::Reference;
     }
     // A motion that is no number comes from an acceleration that was none.
     let far = q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED);
-    Some(if far { Cause::Motion } else { Cause::Acceleration })
+    if far { Cause::Motion } else { Cause::Acceleration }
 }
 
 /// Whether a motion has not diverged.

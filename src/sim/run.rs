@@ -145,8 +145,8 @@ impl<const N: usize> Run<N> {
         })
     }
 
-    /// Adds the desired motion and the error to a record of the motion alone, from the run's `reference`: the same as in
-    /// a record of all signals.
+    /// Adds the desired motion and the error to a record of the motion alone, from the run's `reference` at the times of its
+    /// rows: the same as in a record of all signals.
     pub fn add_reference<R: Reference<N>>(&mut self, reference: &R) {
         for k in self.q_d.len()..self.t.len() {
             let (q, dq) = (self.q[k].into(), self.dq[k].into());

@@ -133,7 +133,17 @@ def test_record_of_the_motion_asks_a_callable_again() -> None:
         second.metrics()
     calls.clear()
     assert same(copy.copy(second), first)
-    assert not hasattr(second, "torque")
+    assert "_reference" not in vars(copy.copy(second)) and not hasattr(second, "torque")
+
+
+def test_set_points_that_are_no_numbers_are_refused_when_asked_for() -> None:
+    desired = [0.0]
+    run = sa.simulate(
+        plant(), tracker(), lambda t: (desired * 2, [0, 0], [0, 0]), 0.1, record="motion"
+    )
+    desired[0] = float("nan")
+    with pytest.raises(ValueError, match=r"^reference: got no number at t = 0 s"):
+        _ = run.e
 
 
 def test_progress_bar_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
