@@ -1,152 +1,221 @@
-//! Any compensator behind one type, for the tracker.
+//! What a tracker asks of its compensator beyond the law: its weights, and itself in words and bytes.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert::{array1, type_name};
-use super::dispatch::same_joints;
 use super::fuzzy::PyFuzzyCompensator;
 use super::value_error;
 use crate::control::{
-    Audit, Compensator, FuzzyCompensator, FuzzyState, Gains, KernelCompensator, KernelState,
-    Sample, Stage,
+    Compensator, FuzzyCompensator, FuzzyState, KernelCompensator, KernelState, NoCompensation,
+    State,
 };
 use crate::error::Result;
-use crate::math::Vector;
+use crate::riccati::JointSolution;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// Any compensator.
-pub(super) enum AnyCompensator<const N: usize> {
-    None,
-    Fuzzy(Box<FuzzyCompensator<N>>),
-    Kernel(Box<KernelCompensator<N>>),
-}
+/// A compensator of a tracker. One without a matrix of weights raises TypeError when it is asked for them.
+pub(super) trait Compensation<const N: usize>:
+    Compensator<N, Self::State> + Send + Sync + 'static
+{
+    /// What it remembers.
+    type State: Clone + Send + Sync;
 
-/// Its state.
-#[derive(Clone)]
-pub(super) enum AnyState<const N: usize> {
-    None,
-    Fuzzy(Box<FuzzyState<N, Vec<f64>>>),
-    Kernel(Box<KernelState<N, Vec<f64>>>),
-}
+    /// It in words.
+    fn words(&self) -> String;
 
-impl<const N: usize> Compensator<N, AnyState<N>> for AnyCompensator<N> {
-    #[inline(always)]
-    fn estimate(
+    /// The controller's state as bytes.
+    fn save(&self, state: &State<N, Self::State>) -> Vec<u8>;
+
+    /// Takes over what [`save`](Self::save) gave.
+    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()>;
+
+    /// Stops the adaptation, or lets it go on.
+    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()>;
+
+    fn frozen(state: &Self::State) -> bool;
+
+    /// It, as the one that has a matrix of weights.
+    fn dense(&self) -> PyResult<&FuzzyCompensator<N>>;
+
+    /// W, row-major with n rows.
+    fn weights(&self, state: &Self::State) -> PyResult<Vec<f64>>;
+
+    /// Sets W, and with `prior` W₀ too.
+    fn set_weights(&self, state: &mut Self::State, weights: &[f64], prior: bool) -> PyResult<()>;
+
+    /// P of each joint; `None` where nothing was solved.
+    fn p(&self) -> Option<&[JointSolution; N]> {
+        None
+    }
+
+    /// The dictionary in figures; `None` but for the kernel form.
+    fn dictionary<'py>(
         &self,
-        state: &mut AnyState<N>,
-        stage: &Stage<'_>,
-        sample: &Sample<N>,
-    ) -> Vector<N> {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.estimate(state, stage, sample),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => {
-                kernel.estimate(state, stage, sample)
-            }
-            _ => Vector::zeros(),
-        }
-    }
-
-    #[inline(always)]
-    fn hold(&self, state: &mut AnyState<N>, index: usize) {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.hold(state, index),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.hold(state, index),
-            _ => {}
-        }
-    }
-
-    #[inline]
-    fn advance(&self, state: &mut AnyState<N>, end: &Stage<'_>) -> Result<()> {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.advance(state, end),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.advance(state, end),
-            _ => Ok(()),
-        }
-    }
-
-    #[inline]
-    fn carry(&self, state: &mut AnyState<N>, last: usize) -> bool {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.carry(state, last),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.carry(state, last),
-            _ => true,
-        }
-    }
-
-    fn reset(&self, state: &mut AnyState<N>) {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.reset(state),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.reset(state),
-            _ => {}
-        }
-    }
-
-    #[inline(always)]
-    fn audit(&self, state: &AnyState<N>, index: usize, sample: &Sample<N>) -> Option<Audit<N>> {
-        match (self, state) {
-            (Self::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => fuzzy.audit(state, index, sample),
-            (Self::Kernel(kernel), AnyState::Kernel(state)) => kernel.audit(state, index, sample),
-            _ => None,
-        }
+        _py: Python<'py>,
+        _state: &Self::State,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        Ok(None)
     }
 }
 
-/// W of a state, row-major with n rows; `None` without a compensator, or in the kernel form.
-pub(super) fn weights_of<const N: usize>(
-    compensator: &AnyCompensator<N>,
-    state: &AnyState<N>,
-) -> Result<Option<Vec<f64>>> {
-    let (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) = (compensator, state) else {
-        return Ok(None);
-    };
-    let mut weights = vec![0.0; fuzzy.weights_len()];
-    fuzzy.read_weights(state, &mut weights)?;
-    Ok(Some(weights))
+impl<const N: usize> Compensation<N> for NoCompensation {
+    type State = ();
+
+    fn words(&self) -> String {
+        "none".into()
+    }
+
+    fn save(&self, state: &State<N>) -> Vec<u8> {
+        state.save()
+    }
+
+    fn restore(&self, state: &mut State<N>, bytes: &[u8]) -> Result<()> {
+        *state = State::restore(bytes)?;
+        Ok(())
+    }
+
+    fn set_frozen(&self, (): &mut (), _: bool) -> PyResult<()> {
+        Err(no_compensator())
+    }
+
+    fn frozen((): &()) -> bool {
+        false
+    }
+
+    fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
+        Err(no_compensator())
+    }
+
+    fn weights(&self, (): &()) -> PyResult<Vec<f64>> {
+        Err(no_compensator())
+    }
+
+    fn set_weights(&self, (): &mut (), _: &[f64], _: bool) -> PyResult<()> {
+        Err(no_compensator())
+    }
 }
 
-/// The dictionary of a state in figures; `None` but for the kernel form.
-pub(super) fn dictionary_of<'py, const N: usize>(
-    py: Python<'py>,
-    compensator: &AnyCompensator<N>,
-    state: &AnyState<N>,
-) -> PyResult<Option<Bound<'py, PyDict>>> {
-    let (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) = (compensator, state) else {
-        return Ok(None);
-    };
-    let dict = PyDict::new(py);
-    dict.set_item("atoms", state.atoms())?;
-    dict.set_item("capacity", kernel.kernel_parameters().capacity)?;
-    dict.set_item("merged", state.merged())?;
-    dict.set_item("dropped", state.dropped())?;
-    dict.set_item("error_bound", array1(py, state.error_bound().as_slice()))?;
-    Ok(Some(dict))
+fn no_compensator() -> PyErr {
+    PyTypeError::new_err("compensator: this controller has none, so it has no weights")
 }
 
-/// The compensator of these gains that a Python argument asks for, and its state.
-pub(super) fn compensator_for<const N: usize>(
-    value: Option<Any<'_, '_>>,
-    gains: &Gains<N>,
-) -> PyResult<(AnyCompensator<N>, AnyState<N>)> {
-    let Some(value) = value else { return Ok((AnyCompensator::None, AnyState::None)) };
-    let fuzzy = compensator_of(value)?;
-    if let Some(joints) = fuzzy.joints {
-        same_joints("compensator", joints, N)?;
+impl<const N: usize> Compensation<N> for FuzzyCompensator<N> {
+    type State = FuzzyState<N, Vec<f64>>;
+
+    fn words(&self) -> String {
+        format!("fuzzy, {} rules", self.basis().rules())
     }
-    let parameters = fuzzy.parameters()?;
-    if let Some(kernel) = fuzzy.kernel {
-        let basis = fuzzy.basis.kernel_for_arm(N)?;
-        let kernel = KernelCompensator::new(basis, gains, parameters, kernel);
-        let kernel = Box::new(kernel.map_err(value_error)?);
-        let state = Box::new(kernel.state());
-        return Ok((AnyCompensator::Kernel(kernel), AnyState::Kernel(state)));
+
+    fn save(&self, state: &State<N, Self::State>) -> Vec<u8> {
+        self.save(state)
     }
-    let basis = fuzzy.basis.for_arm(N)?;
-    let fuzzy = Box::new(FuzzyCompensator::new(basis, gains, parameters).map_err(value_error)?);
-    let state = Box::new(fuzzy.state());
-    Ok((AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)))
+
+    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()> {
+        self.restore(state, bytes)
+    }
+
+    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()> {
+        if frozen {
+            state.freeze()
+        } else {
+            state.unfreeze()
+        }
+        Ok(())
+    }
+
+    fn frozen(state: &Self::State) -> bool {
+        state.frozen()
+    }
+
+    fn dense(&self) -> PyResult<&Self> {
+        Ok(self)
+    }
+
+    fn weights(&self, state: &Self::State) -> PyResult<Vec<f64>> {
+        let mut weights = vec![0.0; self.weights_len()];
+        self.read_weights(state, &mut weights).map_err(value_error)?;
+        Ok(weights)
+    }
+
+    fn set_weights(&self, state: &mut Self::State, weights: &[f64], prior: bool) -> PyResult<()> {
+        let set =
+            if prior { self.warm_start(state, weights) } else { self.load_weights(state, weights) };
+        set.map_err(value_error)
+    }
+
+    fn p(&self) -> Option<&[JointSolution; N]> {
+        Some(self.p())
+    }
+}
+
+impl<const N: usize> Compensation<N> for KernelCompensator<N> {
+    type State = KernelState<N, Vec<f64>>;
+
+    fn words(&self) -> String {
+        let (rules, parameters) = (self.basis().rules(), self.kernel_parameters());
+        format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
+    }
+
+    fn save(&self, state: &State<N, Self::State>) -> Vec<u8> {
+        self.save(state)
+    }
+
+    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()> {
+        self.restore(state, bytes)
+    }
+
+    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()> {
+        if frozen {
+            state.freeze()
+        } else {
+            state.unfreeze()
+        }
+        Ok(())
+    }
+
+    fn frozen(state: &Self::State) -> bool {
+        state.frozen()
+    }
+
+    fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
+        Err(no_matrix())
+    }
+
+    fn weights(&self, _: &Self::State) -> PyResult<Vec<f64>> {
+        Err(no_matrix())
+    }
+
+    fn set_weights(&self, _: &mut Self::State, _: &[f64], _: bool) -> PyResult<()> {
+        Err(no_matrix())
+    }
+
+    fn p(&self) -> Option<&[JointSolution; N]> {
+        Some(self.p())
+    }
+
+    fn dictionary<'py>(
+        &self,
+        py: Python<'py>,
+        state: &Self::State,
+    ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let dict = PyDict::new(py);
+        dict.set_item("atoms", state.atoms())?;
+        dict.set_item("capacity", self.kernel_parameters().capacity)?;
+        dict.set_item("merged", state.merged())?;
+        dict.set_item("dropped", state.dropped())?;
+        dict.set_item("error_bound", array1(py, state.error_bound().as_slice()))?;
+        Ok(Some(dict))
+    }
+}
+
+fn no_matrix() -> PyErr {
+    PyTypeError::new_err(
+        "weights: this compensator has a dictionary, the kernel form, so it has no matrix of weights; \
+         see the tracker's dictionary, or build it with dictionary=None",
+    )
 }
 
 /// What was given as the argument `compensator`.

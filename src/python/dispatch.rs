@@ -3,8 +3,9 @@
 //! Every Python class holds one object behind a trait (`Tracked`, `Planted`, `Signal`) that is implemented once for all
 //! `N`; [`for_joints`] makes the object of the right `N`, and a call goes through one pointer. An `enum` with a variant a
 //! count would do the same with a `match` at every method. What is inside an `N` is told apart by enums instead
-//! (`AnyArm<N>`, `AnyCompensator<N>`, `AnyReference<N>`, `AnyDisturbance<N>`): the loops of the core are then compiled
-//! once a count, not once a combination, and the small closed form of `TwoLink` is still inlined into them.
+//! (`AnyArm<N>`, `AnyReference<N>`, `AnyDisturbance<N>`): the loops of the core are then compiled once a count, not once
+//! a combination, and the small closed form of `TwoLink` is still inlined into them. The compensator alone has loops of
+//! its own in every form (`Tracker<N, C>`): a stage spends most of its time there.
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::joints_of;
-use super::compensator::{AnyState, dictionary_of, weights_of};
+use super::compensator::Compensation;
 use super::convert::{
     Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, type_name,
     word, wrong_shape,
@@ -224,11 +224,11 @@ pub(super) fn simulate<'py>(
 }
 
 /// The part of [`simulate`] that knows the joint count. `state` ends as the run left it.
-pub(super) fn simulated<'py, const N: usize>(
+pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
     py: Python<'py>,
     plant: &dyn Planted,
-    controller: &Controller<N>,
-    state: &mut State<N, AnyState<N>>,
+    controller: &Controller<N, C>,
+    state: &mut State<N, C::State>,
     reference: Any<'_, 'py>,
     settings: Settings<'_, 'py>,
     mut monitor: Monitor,
@@ -255,12 +255,12 @@ pub(super) fn simulated<'py, const N: usize>(
         other => other,
     };
     let record = record(py, run)?;
-    let weights = weights_of(&controller.compensator, &state.compensator).map_err(value_error)?;
+    let (compensator, state) = (&controller.compensator, &state.compensator);
+    let weights = compensator.dense().ok().map(|_| compensator.weights(state)).transpose()?;
     let rows = |w: Vec<f64>| (w.len() / N, w);
     let weights = weights.map(rows).map(|(columns, w)| owned2(py, w, columns)).transpose()?;
     record.set_item("weights", weights)?;
-    let dictionary = dictionary_of(py, &controller.compensator, &state.compensator)?;
-    record.set_item("dictionary", dictionary)?;
+    record.set_item("dictionary", compensator.dictionary(py, state)?)?;
     Ok((record, raised))
 }
 

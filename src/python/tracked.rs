@@ -7,13 +7,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
-use super::compensator::{AnyCompensator, AnyState, compensator_for, dictionary_of, weights_of};
+use super::compensator::{Compensation, compensator_of};
 use super::convert::{Array1, array1, joints, scalar, vector};
+use super::dispatch::same_joints;
 use super::planted::Planted;
 use super::simulate::{Monitor, Settings, simulated};
 use super::value_error;
 use crate::control::{
-    Command, Compensator, ComputedTorque, FuzzyCompensator, FuzzyState, Gains, Limits, State,
+    Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, NoCompensation,
+    State,
 };
 use crate::design::{Conditions, Finding, JointReport, Report};
 use crate::error::Result;
@@ -77,7 +79,7 @@ pub(super) trait Tracked: Send + Sync {
     /// Columns of W.
     fn weights_columns(&self) -> PyResult<usize>;
 
-    fn weights(&self) -> PyResult<Option<Vec<f64>>>;
+    fn weights(&self) -> PyResult<Vec<f64>>;
 
     /// Sets W, and with `prior` W₀ too.
     fn set_weights(&mut self, weights: &[f64], prior: bool) -> PyResult<()>;
@@ -95,12 +97,11 @@ pub(super) trait Tracked: Send + Sync {
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)>;
 }
 
-pub(super) type Controller<const N: usize> = ComputedTorque<N, AnyArm<N>, AnyCompensator<N>>;
-type Fuzzy<'a, const N: usize> = (&'a FuzzyCompensator<N>, &'a mut FuzzyState<N, Vec<f64>>);
+pub(super) type Controller<const N: usize, C> = ComputedTorque<N, AnyArm<N>, C>;
 
-struct Tracker<const N: usize> {
-    controller: Arc<Controller<N>>,
-    state: State<N, AnyState<N>>,
+struct Tracker<const N: usize, C: Compensation<N>> {
+    controller: Arc<Controller<N, C>>,
+    state: State<N, C::State>,
     latest: Option<Command<N>>,
 }
 
@@ -125,7 +126,34 @@ pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult
         effort_limit: limit(effort_limit, "effort_limit")?,
         effort_rate_limit: limit(effort_rate_limit, "effort_rate_limit")?,
     };
-    let (compensator, state) = compensator_for(compensator, &gains)?;
+    let Some(compensator) = compensator else {
+        return boxed(arm, gains, limits, NoCompensation, ());
+    };
+    let fuzzy = compensator_of(compensator)?;
+    if let Some(joints) = fuzzy.joints {
+        same_joints("compensator", joints, N)?;
+    }
+    let parameters = fuzzy.parameters()?;
+    if let Some(kernel) = fuzzy.kernel {
+        let basis = fuzzy.basis.kernel_for_arm(N)?;
+        let kernel = KernelCompensator::new(basis, &gains, parameters, kernel);
+        let kernel = kernel.map_err(value_error)?;
+        let state = kernel.state();
+        return boxed(arm, gains, limits, kernel, state);
+    }
+    let basis = fuzzy.basis.for_arm(N)?;
+    let fuzzy = FuzzyCompensator::new(basis, &gains, parameters).map_err(value_error)?;
+    let state = fuzzy.state();
+    boxed(arm, gains, limits, fuzzy, state)
+}
+
+fn boxed<const N: usize, C: Compensation<N>>(
+    arm: Any<'_, '_>,
+    gains: Gains<N>,
+    limits: Limits<N>,
+    compensator: C,
+    state: C::State,
+) -> PyResult<Box<dyn Tracked>> {
     let controller = ComputedTorque::new(AnyArm::new(arm)?, gains, compensator)
         .with_limits(limits)
         .map_err(value_error)?;
@@ -133,27 +161,7 @@ pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult
     Ok(Box::new(Tracker { controller, state, latest: None }))
 }
 
-impl<const N: usize> Tracker<N> {
-    /// The compensator with its state.
-    fn fuzzy(&mut self) -> PyResult<Fuzzy<'_, N>> {
-        match (&self.controller.compensator, &mut self.state.compensator) {
-            (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => Ok((fuzzy, state)),
-            _ => Err(no_weights(&self.controller.compensator)),
-        }
-    }
-}
-
-fn no_weights<const N: usize>(compensator: &AnyCompensator<N>) -> PyErr {
-    PyTypeError::new_err(match compensator {
-        AnyCompensator::Kernel(_) => {
-            "weights: this compensator has a dictionary, the kernel form, so it has no matrix of weights; \
-             see the tracker's dictionary, or build it with dictionary=None"
-        }
-        _ => "compensator: this controller has none, so it has no weights",
-    })
-}
-
-impl<const N: usize> Tracked for Tracker<N> {
+impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     fn joints(&self) -> usize {
         N
     }
@@ -227,11 +235,7 @@ impl<const N: usize> Tracked for Tracker<N> {
     }
 
     fn p(&self) -> Option<Vec<f64>> {
-        let joints = match &self.controller.compensator {
-            AnyCompensator::None => return None,
-            AnyCompensator::Fuzzy(fuzzy) => fuzzy.p(),
-            AnyCompensator::Kernel(kernel) => kernel.p(),
-        };
+        let joints = self.controller.compensator.p()?;
         let size = 2 * N;
         let mut p = vec![0.0; size * size];
         for (n, joint) in joints.iter().enumerate() {
@@ -245,111 +249,53 @@ impl<const N: usize> Tracked for Tracker<N> {
     }
 
     fn compensator(&self) -> String {
-        match &self.controller.compensator {
-            AnyCompensator::None => "none".into(),
-            AnyCompensator::Fuzzy(fuzzy) => format!("fuzzy, {} rules", fuzzy.basis().rules()),
-            AnyCompensator::Kernel(kernel) => {
-                let (rules, parameters) = (kernel.basis().rules(), kernel.kernel_parameters());
-                format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
-            }
-        }
+        self.controller.compensator.words()
     }
 
     fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        dictionary_of(py, &self.controller.compensator, &self.state.compensator)
+        self.controller.compensator.dictionary(py, &self.state.compensator)
     }
 
     fn weights_columns(&self) -> PyResult<usize> {
-        match &self.controller.compensator {
-            AnyCompensator::Fuzzy(fuzzy) => Ok(fuzzy.weights_len() / N),
-            other => Err(no_weights(other)),
-        }
+        Ok(self.controller.compensator.dense()?.weights_len() / N)
     }
 
-    fn weights(&self) -> PyResult<Option<Vec<f64>>> {
-        let compensator = &self.controller.compensator;
-        if let AnyCompensator::Kernel(_) = compensator {
-            return Err(no_weights(compensator));
-        }
-        weights_of(compensator, &self.state.compensator).map_err(value_error)
+    fn weights(&self) -> PyResult<Vec<f64>> {
+        self.controller.compensator.weights(&self.state.compensator)
     }
 
     fn set_weights(&mut self, weights: &[f64], prior: bool) -> PyResult<()> {
-        let (fuzzy, state) = self.fuzzy()?;
-        let set = if prior {
-            fuzzy.warm_start(state, weights)
-        } else {
-            fuzzy.load_weights(state, weights)
-        };
-        set.map_err(value_error)
+        self.controller.compensator.set_weights(&mut self.state.compensator, weights, prior)
     }
 
     fn set_frozen(&mut self, frozen: bool) -> PyResult<()> {
-        match (&mut self.state.compensator, frozen) {
-            (AnyState::None, _) => return Err(no_weights(&self.controller.compensator)),
-            (AnyState::Fuzzy(state), true) => state.freeze(),
-            (AnyState::Fuzzy(state), false) => state.unfreeze(),
-            (AnyState::Kernel(state), true) => state.freeze(),
-            (AnyState::Kernel(state), false) => state.unfreeze(),
-        }
-        Ok(())
+        self.controller.compensator.set_frozen(&mut self.state.compensator, frozen)
     }
 
     fn frozen(&self) -> bool {
-        match &self.state.compensator {
-            AnyState::None => false,
-            AnyState::Fuzzy(state) => state.frozen(),
-            AnyState::Kernel(state) => state.frozen(),
-        }
+        C::frozen(&self.state.compensator)
     }
 
     fn saved(&self) -> Vec<u8> {
-        let State { last_tau, steps, .. } = self.state;
-        match (&self.controller.compensator, &self.state.compensator) {
-            (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => {
-                fuzzy.save(&State { compensator: (**state).clone(), last_tau, steps })
-            }
-            (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) => {
-                kernel.save(&State { compensator: (**state).clone(), last_tau, steps })
-            }
-            _ => State { compensator: (), last_tau, steps }.save(),
-        }
+        self.controller.compensator.save(&self.state)
     }
 
     fn restore(&mut self, bytes: &[u8]) -> Result<()> {
-        let (compensator, last_tau, steps) =
-            match (&self.controller.compensator, &self.state.compensator) {
-                (AnyCompensator::Fuzzy(fuzzy), AnyState::Fuzzy(state)) => {
-                    let mut state = State::new((**state).clone());
-                    fuzzy.restore(&mut state, bytes)?;
-                    let State { compensator, last_tau, steps } = state;
-                    (AnyState::Fuzzy(Box::new(compensator)), last_tau, steps)
-                }
-                (AnyCompensator::Kernel(kernel), AnyState::Kernel(state)) => {
-                    let mut state = State::new((**state).clone());
-                    kernel.restore(&mut state, bytes)?;
-                    let State { compensator, last_tau, steps } = state;
-                    (AnyState::Kernel(Box::new(compensator)), last_tau, steps)
-                }
-                _ => {
-                    let State { last_tau, steps, .. } = State::restore(bytes)?;
-                    (AnyState::None, last_tau, steps)
-                }
-            };
-        self.state = State { compensator, last_tau, steps };
-        self.latest = None;
+        let mut state = self.state.clone();
+        self.controller.compensator.restore(&mut state, bytes)?;
+        (self.state, self.latest) = (state, None);
         Ok(())
     }
 
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)> {
-        let AnyCompensator::Fuzzy(fuzzy) = &self.controller.compensator else {
-            let got = match &self.controller.compensator {
-                AnyCompensator::Kernel(_) => "with a dictionary, wants one with dictionary=None",
-                _ => "without a compensator, wants one",
-            };
-            return Err(PyTypeError::new_err(format!("tracker: got one {got} to report on")));
-        };
-        let report = Report::new(&self.controller.gains, fuzzy, conditions).map_err(value_error)?;
+        let ComputedTorque { gains, compensator, .. } = &*self.controller;
+        let fuzzy = compensator.dense().map_err(|_| {
+            let got = compensator.words();
+            PyTypeError::new_err(format!(
+                "tracker: got one with compensator={got}, wants one with a FuzzyCompensator without dictionary"
+            ))
+        })?;
+        let report = Report::new(gains, fuzzy, conditions).map_err(value_error)?;
         Ok((report.joints.to_vec(), report.findings))
     }
 }

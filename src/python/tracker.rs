@@ -156,8 +156,10 @@ impl PyComputedTorque {
     /// adaptation goes on from there.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
-        let Some(weights) = self.tracked.weights()? else { return Ok(None) };
-        owned2(py, weights, self.tracked.weights_columns()?).map(Some)
+        if self.compensator(py)?.is_none() {
+            return Ok(None);
+        }
+        owned2(py, self.tracked.weights()?, self.tracked.weights_columns()?).map(Some)
     }
 
     #[setter]
