@@ -222,6 +222,15 @@ class Serial:
         """Return the arm as TOML; `from_toml` gives it back, bit for bit."""
     def without_friction(self) -> Serial:
         """Return the same arm with no friction in any joint."""
+    def with_stops(self, stiffness: ArrayLike, dissipation: ArrayLike = 1.0) -> Serial:
+        """Return the same arm with stops at the ends of its joints' ranges, where `limits` are finite.
+
+        A joint that is δ beyond an end is pushed back with
+        max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley: stiffness
+        [N·m/rad], 0 for none; dissipation [s/rad]; scalars or (n,). They are part of inverse and
+        forward dynamics, so of a `Plant`, and not of `bias`: no controller pushes through them.
+        RK4 needs ``dt`` < 2.8 / √(stiffness / inertia); "dp54" finds its own.
+        """
     def with_payload(
         self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike = 0.0
     ) -> Serial:
@@ -269,22 +278,24 @@ class Serial:
         """G(q) [N·m], (n,)."""
     def friction(self, dq: ArrayLike) -> _Array:
         """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck."""
+    def stops(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """s(q, dq) [N·m], (n,): what drives the joints on into their stops, of `with_stops`."""
     def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """H(q, dq) = C dq + G + f [N·m], (n,); eq. (6)."""
+        """H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6)."""
     def inverse_dynamics(
         self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, out: _Array | None = None
     ) -> _Array:
-        """tau = M(q) ddq + H(q, dq) [N·m], (n,)."""
+        """tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,)."""
     def forward_dynamics(
         self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, out: _Array | None = None
     ) -> _Array:
-        """ddq = M(q)⁻¹ (tau - H(q, dq)) [rad/s²], (n,)."""
+        """ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,)."""
     def slotine_li(self, q: ArrayLike, dq: ArrayLike, dq_r: ArrayLike, ddq_r: ArrayLike) -> _Array:
-        """M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction."""
+        """M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops."""
     def regressor(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> _Array:
         """Y(q, dq, ddq), (n, 10n): ``Y @ inertial_parameters()`` = M ddq + C dq + G.
 
-        Without friction and armature.
+        Without friction, stops and armature.
         """
     def inertial_parameters(self) -> _Array:
         """π, (10n,): m, m c, and moments xx, xy, yy, xz, yz, zz about the origin, of each link."""

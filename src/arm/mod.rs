@@ -1,4 +1,4 @@
-//! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6).
+//! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6), within the joints' ranges.
 
 mod friction;
 mod serial;
@@ -6,7 +6,7 @@ mod two_link;
 
 pub use friction::{Friction, JointFriction};
 pub use serial::{
-    Inertia, JointKind, JointLimits, Link, Perturbation, Pose, Serial, SerialParameters,
+    Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 
@@ -31,6 +31,15 @@ pub trait Arm<const N: usize> {
     /// Potential energy U(q) [J], with G = ∂U/∂q.
     fn potential_energy(&self, q: &Vector<N>) -> f64;
 
+    /// Torque s(q, q̇) that drives the joints on into their stops [N·m], positive beyond an upper end; zero for an arm
+    /// without stops, and within the joints' ranges.
+    ///
+    /// It is part of the inverse and forward dynamics, and not of the bias: a controller that counted on a stop would push
+    /// through it.
+    fn stops(&self, _q: &Vector<N>, _dq: &Vector<N>) -> Vector<N> {
+        Vector::zeros()
+    }
+
     /// Bias torque H(q, q̇) = C q̇ + G + f [N·m].
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         self.coriolis(q, dq) * dq + self.gravity(q) + self.friction(dq)
@@ -41,17 +50,17 @@ pub trait Arm<const N: usize> {
         (self.mass_matrix(q), self.bias(q, dq))
     }
 
-    /// The torque that produces q̈: τ = M q̈ + H [N·m].
+    /// The torque that produces q̈: τ = M q̈ + H + s [N·m].
     fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
         let (mass, bias) = self.mass_matrix_and_bias(q, dq);
-        mass * ddq + bias
+        mass * ddq + bias + self.stops(q, dq)
     }
 
-    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H) [rad/s²]; NaN where M is not positive definite.
+    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H − s) [rad/s²]; NaN where M is not positive definite.
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         let (mass, bias) = self.mass_matrix_and_bias(q, dq);
         match mass.cholesky() {
-            Some(factor) => factor.solve(&(tau - bias)),
+            Some(factor) => factor.solve(&(tau - bias - self.stops(q, dq))),
             None => Vector::repeat(f64::NAN),
         }
     }

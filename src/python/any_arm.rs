@@ -93,6 +93,14 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     }
 
     #[inline]
+    fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        match self {
+            Self::TwoLink(_) => Vector::zeros(),
+            Self::Serial(arm) => arm.stops(q, dq),
+        }
+    }
+
+    #[inline]
     fn potential_energy(&self, q: &Vector<N>) -> f64 {
         match self {
             Self::TwoLink(arm) => arm.potential_energy(&two(q)),

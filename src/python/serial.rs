@@ -135,6 +135,17 @@ impl PySerial {
         self.changed(self.arm.without_friction())
     }
 
+    /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ beyond an end, they push back
+    /// with max(0, stiffness δ (1 + dissipation dδ/dt)).
+    #[pyo3(signature = (stiffness, dissipation=None), text_signature = "(self, stiffness, dissipation=1.0)")]
+    fn with_stops(
+        &self,
+        stiffness: Any<'_, '_>,
+        dissipation: Option<Any<'_, '_>>,
+    ) -> PyResult<Self> {
+        Ok(self.changed(self.arm.with_stops(stiffness, dissipation)?))
+    }
+
     /// The same arm with a body fixed to its tip: mass [kg], com [m] and inertia [kg·m²] about it in the tip's frame.
     #[pyo3(signature = (mass, com=None, inertia=None), text_signature = "(self, mass, com=(0.0, 0.0, 0.0), inertia=0.0)")]
     fn with_payload(
@@ -242,7 +253,17 @@ impl PySerial {
         self.arm.friction(py, dq)
     }
 
-    /// H(q, dq) = C dq + G + f [N·m], (n,); eq. 6.
+    /// s(q, dq) [N·m], (n,): what drives the joints on into their stops; part of inverse and forward dynamics.
+    fn stops<'py>(
+        &self,
+        py: Python<'py>,
+        q: Any<'_, 'py>,
+        dq: Any<'_, 'py>,
+    ) -> PyResult<Array1<'py>> {
+        self.arm.stops(py, q, dq)
+    }
+
+    /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. 6.
     fn bias<'py>(
         &self,
         py: Python<'py>,
@@ -252,7 +273,7 @@ impl PySerial {
         self.arm.bias(py, q, dq)
     }
 
-    /// tau = M(q) ddq + H(q, dq) [N·m], (n,), written to `out` if it is given.
+    /// tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to `out` if it is given.
     #[inline]
     #[pyo3(signature = (q, dq, ddq, out=None))]
     fn inverse_dynamics<'py>(
@@ -266,7 +287,7 @@ impl PySerial {
         self.arm.inverse_dynamics(py, [q, dq, ddq], out)
     }
 
-    /// ddq = M(q)^-1 (tau - H(q, dq)) [rad/s²], (n,), written to `out` if it is given.
+    /// ddq = M(q)^-1 (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to `out` if it is given.
     #[pyo3(signature = (q, dq, tau, out=None))]
     fn forward_dynamics<'py>(
         &self,
@@ -279,7 +300,7 @@ impl PySerial {
         self.arm.forward_dynamics(py, [q, dq, tau], out)
     }
 
-    /// M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction.
+    /// M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops.
     fn slotine_li<'py>(
         &self,
         py: Python<'py>,
@@ -291,7 +312,7 @@ impl PySerial {
         self.arm.slotine_li(py, [q, dq, dq_r, ddq_r])
     }
 
-    /// Y(q, dq, ddq), (n, 10n): Y times the inertial parameters is the torque without friction and armature.
+    /// Y(q, dq, ddq), (n, 10n): Y times the inertial parameters is the torque without friction, stops and armature.
     fn regressor<'py>(
         &self,
         py: Python<'py>,

@@ -4,13 +4,18 @@ use core::any::Any as Type;
 
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, finite_vector, owned1, owned2, square, written};
+use super::convert::{
+    Array1, Array2, array1, finite_vector, joints, owned1, owned2, renamed, square, written,
+};
 use super::value_error;
-use crate::arm::{Arm, Inertia, Link, Perturbation, Pose, Serial, SerialParameters};
+use crate::arm::{Arm, Inertia, JointStop, Link, Perturbation, Pose, Serial, SerialParameters};
 use crate::error::Result;
 use crate::robot::Description;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+
+/// Of stops, unless something else is asked for [s/rad].
+const DISSIPATION: f64 = 1.0;
 
 /// The dynamics of a chain. The arguments are Python's, of shape (n,).
 pub(super) trait SerialArm: Send + Sync {
@@ -21,6 +26,11 @@ pub(super) trait SerialArm: Send + Sync {
     fn as_any(&self) -> &dyn Type;
 
     fn without_friction(&self) -> Box<dyn SerialArm>;
+    fn with_stops(
+        &self,
+        stiffness: Any<'_, '_>,
+        dissipation: Option<Any<'_, '_>>,
+    ) -> PyResult<Box<dyn SerialArm>>;
     fn with_payload(&self, payload: &Inertia) -> Result<Box<dyn SerialArm>>;
     fn perturb(&self, seed: u64, perturbation: &Perturbation) -> Result<Box<dyn SerialArm>>;
 
@@ -33,6 +43,12 @@ pub(super) trait SerialArm: Send + Sync {
     ) -> PyResult<Array2<'py>>;
     fn gravity<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array1<'py>>;
     fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>>;
+    fn stops<'py>(
+        &self,
+        py: Python<'py>,
+        q: Any<'_, 'py>,
+        dq: Any<'_, 'py>,
+    ) -> PyResult<Array1<'py>>;
     fn bias<'py>(
         &self,
         py: Python<'py>,
@@ -97,6 +113,20 @@ impl<const N: usize> SerialArm for Serial<N> {
         Box::new(Serial::without_friction(self))
     }
 
+    fn with_stops(
+        &self,
+        stiffness: Any<'_, '_>,
+        dissipation: Option<Any<'_, '_>>,
+    ) -> PyResult<Box<dyn SerialArm>> {
+        let stiffness = joints::<N>(stiffness, "stiffness")?;
+        let dissipation =
+            dissipation.map_or(Ok([DISSIPATION; N]), |value| joints(value, "dissipation"))?;
+        let stop = |n| JointStop { stiffness: stiffness[n], dissipation: dissipation[n] };
+        let arm = Serial::with_stops(self, &std::array::from_fn(stop));
+        let name = |parameter: &'static str| parameter.strip_prefix("stop.").unwrap_or(parameter);
+        Ok(Box::new(arm.map_err(|error| value_error(renamed(error, name)))?))
+    }
+
     fn with_payload(&self, payload: &Inertia) -> Result<Box<dyn SerialArm>> {
         Ok(Box::new(Serial::with_payload(self, payload)?))
     }
@@ -124,6 +154,16 @@ impl<const N: usize> SerialArm for Serial<N> {
 
     fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
         Ok(array1(py, Arm::friction(self, &finite_vector(dq, "dq")?).as_slice()))
+    }
+
+    fn stops<'py>(
+        &self,
+        py: Python<'py>,
+        q: Any<'_, 'py>,
+        dq: Any<'_, 'py>,
+    ) -> PyResult<Array1<'py>> {
+        let stops = Arm::stops(self, &finite_vector(q, "q")?, &finite_vector(dq, "dq")?);
+        Ok(array1(py, stops.as_slice()))
     }
 
     fn bias<'py>(

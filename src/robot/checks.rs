@@ -52,7 +52,9 @@ fn check_joint(joint: &JointDescription) -> Result<(), String> {
     inertia(&link.inertia)?;
     friction(&link.friction)?;
     at_least_zero("armature", link.armature)?;
-    limits(&link.limits)
+    limits(&link.limits)?;
+    at_least_zero("stop.stiffness", link.stop.stiffness)?;
+    at_least_zero("stop.dissipation", link.stop.dissipation)
 }
 
 fn finite(what: &str, values: &[f64]) -> Result<(), String> {

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 
 use super::frames::{about_x, about_z, carried, compose, identity, shift};
 use super::{Description, JointDescription, ReadError};
-use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, Link, Pose};
+use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose};
 use crate::math::Matrix;
 
 /// Which of the two conventions a table follows.
@@ -123,5 +123,6 @@ fn link(row: &DhRow, placement: Pose, frame: &Pose) -> Link {
         friction: row.friction,
         armature: row.armature,
         limits: row.limits,
+        stop: JointStop::default(),
     }
 }

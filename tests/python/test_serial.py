@@ -137,6 +137,53 @@ def test_shipped_arms_survive_toml_and_pickle(name: str, tmp_path: Path) -> None
     assert again.step(*sample).tobytes() == controller.step(*sample).tobytes()
 
 
+def test_a_joint_stops_at_the_end_of_its_range() -> None:
+    rod = sa.Serial.from_urdf(URDF)
+    stopped = rod.with_stops(1e4, dissipation=2.0)
+    # -1 to 2 rad; k δ (1 + c dδ/dt) beyond
+    np.testing.assert_allclose(stopped.stops([2.01], [0.5]), [200.0], rtol=1e-12)
+    np.testing.assert_allclose(stopped.stops([-1.01], [0.25]), [-50.0], rtol=1e-12)
+    assert [stopped.stops([q], [3.0])[0] for q in (-1.0, 0.0, 2.0)] == [0.0] * 3
+    assert np.array_equal(stopped.bias([2.01], [0.5]), rod.bias([2.01], [0.5]))
+    tau = stopped.inverse_dynamics([2.01], [0.5], [1.0])
+    np.testing.assert_allclose(tau - rod.inverse_dynamics([2.01], [0.5], [1.0]), [200.0])
+    np.testing.assert_allclose(stopped.forward_dynamics([2.01], [0.5], tau), [1.0])
+    assert "stop = { stiffness = 10000.0, dissipation = 2.0 }" in stopped.to_toml()
+    assert pickle.loads(pickle.dumps(stopped)).to_toml() == stopped.to_toml()
+    assert stopped.with_stops(0, 0).to_toml() == rod.to_toml()
+
+    # A controller that knows nothing of the stop asks for 2.5 rad, and pushes.
+    tracker = sa.ComputedTorque(rod, kp=100, kv=20)
+    there = sa.Quintic(0.0, 2.5, duration=1.0)
+    runs = {
+        method: sa.simulate(sa.Plant(stopped), tracker, there, 4.0, method=method)
+        for method in ("rk4", "dp54")
+    }
+    for run in runs.values():
+        assert run.status.finished
+        push = run.tau[-1, 0] - stopped.bias(run.q[-1], run.dq[-1])[0]
+        assert push > 10.0
+        np.testing.assert_allclose(run.q[-1, 0], 2.0 + push / 1e4, rtol=0, atol=1e-6)
+        assert run.q.max() < 2.05
+    np.testing.assert_allclose(runs["rk4"].q[-1], runs["dp54"].q[-1], rtol=0, atol=1e-6)
+    beyond = sa.simulate(sa.Plant(rod), tracker, there, 4.0)
+    np.testing.assert_allclose(beyond.q[-1], [2.5], rtol=0, atol=1e-3)
+
+
+def test_stops_that_make_no_sense_are_refused() -> None:
+    robot = sa.Serial.shipped("panda")
+    for arguments, message in (
+        ((-1.0,), r"stiffness\[0\]: got -1, wants a number >= 0"),
+        ((np.inf,), r"stiffness\[0\]: got inf"),
+        ((1e4, [1, 1, 1, -2, 1, 1, 1]), r"dissipation\[3\]: got -2, wants a number >= 0"),
+        (([1e4, 1e4],), r"stiffness: got shape \(2,\), wants a scalar or \(7,\)"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            robot.with_stops(*arguments)
+    with pytest.raises(TypeError, match="stiffness: got str"):
+        robot.with_stops("hard")
+
+
 def test_payload_adds_its_weight_and_inertia() -> None:
     chain = arm(3)
     loaded = chain.with_payload(2.0, com=(0.1, 0, 0), inertia=(0.01, 0.02, 0.02))

@@ -1,6 +1,6 @@
 //! Our own format: what is written is read back bit for bit, and everything else is refused with its line.
 
-use steadyarm::arm::{JointFriction, JointKind, JointLimits};
+use steadyarm::arm::{JointFriction, JointKind, JointLimits, JointStop};
 use steadyarm::robot::{Description, SHIPPED, shipped};
 
 use crate::random::Random;
@@ -19,6 +19,8 @@ fn bits(arm: &Description) -> Vec<u64> {
         let JointLimits { lower, upper, velocity, effort } = link.limits;
         numbers.extend([viscous, plus, minus, stribeck, stribeck_speed, smoothing]);
         numbers.extend([lower, upper, velocity, effort, link.armature, link.inertia.mass]);
+        let JointStop { stiffness, dissipation } = link.stop;
+        numbers.extend([stiffness, dissipation]);
     }
     numbers.iter().map(|number| number.to_bits()).collect()
 }
@@ -70,6 +72,8 @@ fn scramble(arm: &mut Description, random: &mut Random) {
         link.limits.upper = if random.next() > 0.0 { f64::INFINITY } else { f64::MAX };
         link.limits.lower = if random.next() > 0.0 { f64::NEG_INFINITY } else { random.next() };
         link.armature = random.decades(-20.0, 3.0);
+        let stiffness = if random.next() > 0.0 { 0.0 } else { random.decades(-9.0, 9.0) };
+        link.stop = JointStop { stiffness, dissipation: random.next().max(0.0) };
     }
     arm.tip.translation.z = random.next();
     arm.gravity = [random.next(), -0.0, -9.81];
@@ -117,6 +121,7 @@ fn what_may_be_absent_is_as_said() {
     assert_eq!([link.limits.lower, link.limits.upper], [f64::NEG_INFINITY, f64::INFINITY]);
     assert_eq!(link.placement.rotation, nalgebra::Matrix3::identity());
     assert_eq!([link.inertia.mass, link.armature], [2.0, 0.0]);
+    assert_eq!(link.stop, JointStop::default());
 }
 
 /// Replaces the first `old` of the written file; the error must be in the line of `at` in the broken one.
@@ -170,6 +175,12 @@ fn one_thing_broken_is_refused_with_its_line() {
     refused("smoothing = 0.01", "smoothing = 0.0", first, &["friction.smoothing", "> 0"]);
     refused("viscous = 0.5", "viscous = -0.5", first, &["friction.viscous", "-0.5"]);
     refused("armature = 0.0", "armature = -1.0", first, &["armature", "-1"]);
+    let stop = |entry| format!("armature = 0.0\nstop = {{ {entry} }}");
+    for (entry, name) in
+        [("stiffness = -1.0", "stop.stiffness"), ("dissipation = inf", "stop.dissipation")]
+    {
+        refused("armature = 0.0", &stop(entry), first, &["\"waist\"", name, ">= 0"]);
+    }
     refused("-9.81", "-inf", None, &["gravity", "-inf"]);
     let second = "[[joint]]\nname = \"waist\"\nlink = \"sled\"";
     refused(

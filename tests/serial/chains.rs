@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use steadyarm::arm::{
-    Inertia, JointFriction, JointKind, JointLimits, Link, Pose, Serial, SerialParameters,
+    Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose, Serial, SerialParameters,
 };
 use steadyarm::math::{Matrix, Vector};
 
@@ -106,6 +106,7 @@ pub fn link(random: &mut Random) -> Link {
         friction: friction(random),
         armature,
         limits: JointLimits { lower: -3.0, upper: 3.0, velocity: 2.0, effort: 100.0 },
+        stop: JointStop::default(),
     }
 }
 

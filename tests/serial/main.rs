@@ -11,3 +11,4 @@ mod dynamics;
 mod energy;
 mod published;
 mod refusals;
+mod stops;

@@ -1,7 +1,7 @@
 //! Frames and mass distributions: how they combine.
 
 use super::validate::{InertiaNames, validate_inertia};
-use super::{Inertia, JointKind, JointLimits, Link, Pose};
+use super::{Inertia, JointKind, JointLimits, JointStop, Link, Pose};
 use crate::arm::JointFriction;
 use crate::error::Result;
 use crate::math::Matrix;
@@ -128,10 +128,11 @@ impl Default for JointLimits {
 }
 
 impl Link {
-    /// A joint without friction, armature and limits, and its link.
+    /// A joint without friction, armature, limits and stops, and its link.
     pub fn new(kind: JointKind, placement: Pose, axis: Vector3, inertia: Inertia) -> Self {
         let (friction, limits) = (JointFriction::default(), JointLimits::NONE);
-        Self { kind, placement, axis, inertia, friction, armature: 0.0, limits }
+        let (armature, stop) = (0.0, JointStop::default());
+        Self { kind, placement, axis, inertia, friction, armature, limits, stop }
     }
 }
 

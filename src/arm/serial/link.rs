@@ -1,5 +1,6 @@
 //! What a serial arm is made of: one joint and the link that it moves, N times over.
 
+use super::JointStop;
 use crate::arm::JointFriction;
 use crate::math::Matrix;
 
@@ -50,6 +51,8 @@ pub struct Link {
     pub armature: f64,
     /// Limits, infinite for none.
     pub limits: JointLimits,
+    /// Stops at the ends of the range.
+    pub stop: JointStop,
 }
 
 /// What a joint can do.

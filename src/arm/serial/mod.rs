@@ -1,4 +1,4 @@
-//! Any fixed-base chain of revolute and prismatic joints: `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) = τ`.
+//! Any fixed-base chain of revolute and prismatic joints: `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) + s(q, q̇) = τ`.
 //!
 //! M carries the armature on its diagonal. Construction turns every frame so that its joint's axis is z and the next frame
 //! differs by two plane rotations; the recursions then cost one sine and cosine a joint and few products.
@@ -13,10 +13,12 @@ mod link;
 mod perturb;
 mod regressor;
 mod space;
+mod stop;
 mod validate;
 
 pub use link::{Inertia, JointKind, JointLimits, Link, Pose};
 pub use perturb::Perturbation;
+pub use stop::JointStop;
 
 use crate::arm::{Arm, JointFriction};
 use crate::error::{Error, Result, finite};
@@ -55,6 +57,7 @@ pub struct Serial<const N: usize> {
     parameters: SerialParameters<N>,
     chain: Chain<N>,
     has_friction: bool,
+    has_stops: bool,
 }
 
 impl<const N: usize> Serial<N> {
@@ -77,7 +80,8 @@ impl<const N: usize> Serial<N> {
         finite("gravity", &parameters.gravity)?;
         let chain = Chain::new(&parameters);
         let has_friction = parameters.links.iter().any(|link| !link.friction.is_none());
-        let arm = Self { parameters, chain, has_friction };
+        let has_stops = parameters.links.iter().any(|link| !link.stop.is_none());
+        let arm = Self { parameters, chain, has_friction, has_stops };
         for probe in 0..=PROBES {
             // Multiples of the golden angle: all joints at other angles in every probe.
             let at = |i: usize, _| 2.399_963_229_728_653 * (probe * (i + 1)) as f64;
@@ -154,6 +158,20 @@ impl<const N: usize> Serial<N> {
         arm
     }
 
+    /// The same arm with stops at the ends of its joints' ranges, where [`limits`](Self::limits) are finite.
+    ///
+    /// # Errors
+    /// As [`JointStop::validate`].
+    pub fn with_stops(&self, stops: &[JointStop; N]) -> Result<Self> {
+        let mut arm = *self;
+        for (joint, stop) in stops.iter().enumerate() {
+            stop.validate(joint)?;
+            arm.parameters.links[joint].stop = *stop;
+        }
+        arm.has_stops = stops.iter().any(|stop| !stop.is_none());
+        Ok(arm)
+    }
+
     /// The same arm with a body fixed to its tip, given in the tip's frame.
     ///
     /// # Errors
@@ -168,7 +186,7 @@ impl<const N: usize> Serial<N> {
         Self::new(parameters)
     }
 
-    /// M q̈_r + C(q, q̇) q̇_r + G, without friction: Slotine and Li's law, with Christoffel's C [N·m].
+    /// M q̈_r + C(q, q̇) q̇_r + G, without friction and stops: Slotine and Li's law, with Christoffel's C [N·m].
     pub fn slotine_li(
         &self,
         q: &Vector<N>,
@@ -206,6 +224,16 @@ impl<const N: usize> Serial<N> {
     }
 
     #[inline(always)]
+    fn with_stop_torques(&self, mut tau: Vector<N>, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        if self.has_stops {
+            for (i, link) in self.parameters.links.iter().enumerate() {
+                tau[i] += link.stop.torque(&link.limits, q[i], dq[i]);
+            }
+        }
+        tau
+    }
+
+    #[inline(always)]
     fn bias_at(&self, turns: &[space::Turn; N], dq: &Vector<N>) -> Vector<N> {
         self.with_friction(self.chain.inverse(turns, dq, None, self.upward()), dq)
     }
@@ -228,6 +256,10 @@ impl<const N: usize> Arm<N> for Serial<N> {
         self.with_friction(Vector::zeros(), dq)
     }
 
+    fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        self.with_stop_torques(Vector::zeros(), q, dq)
+    }
+
     fn potential_energy(&self, q: &Vector<N>) -> f64 {
         self.chain.potential_energy(&self.chain.turns(q))
     }
@@ -244,12 +276,13 @@ impl<const N: usize> Arm<N> for Serial<N> {
     fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
         let turns = self.chain.turns(q);
         let tau = self.chain.inverse(&turns, dq, Some(ddq), self.upward());
-        self.with_friction(self.with_armature(tau, ddq), dq)
+        let tau = self.with_friction(self.with_armature(tau, ddq), dq);
+        self.with_stop_torques(tau, q, dq)
     }
 
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         let turns = self.chain.turns(q);
-        let net = tau - self.bias_at(&turns, dq);
+        let net = tau - self.with_stop_torques(self.bias_at(&turns, dq), q, dq);
         if N <= SHORT {
             return self.chain.accelerations_by_factors(&turns, &net);
         }

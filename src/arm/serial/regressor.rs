@@ -1,4 +1,4 @@
-//! The regressor Y(q, q̇, q̈) of the inertial parameters π: `Y π = M q̈ + C q̇ + G` without friction and armature.
+//! The regressor Y(q, q̇, q̈) of the inertial parameters π: `Y π = M q̈ + C q̇ + G` without friction, stops and armature.
 //!
 //! Ten parameters a link, about its joint's frame as the link gave it, in Pinocchio's order:
 //! m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy, I_xz, I_yz, I_zz (moments about the frame's origin).

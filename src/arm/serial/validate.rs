@@ -72,7 +72,8 @@ impl Link {
     /// Axes and rotations may be off by 1e-6, principal moments by 1e-6 of the largest: published figures are rounded.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`, `armature` or `limits.…`.
+    /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`, `armature`, `limits.…` or
+    /// `stop.…`.
     pub fn validate(&self, joint: usize) -> Result<()> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         validate_pose(&self.placement, PLACEMENT, Some(joint))?;
@@ -82,7 +83,8 @@ impl Link {
         validate_inertia(&self.inertia, LINK_INERTIA, Some(joint))?;
         self.friction.validate(joint)?;
         of("armature").within(self.armature, self.armature >= 0.0, "a number >= 0")?;
-        self.limits.validate(joint)
+        self.limits.validate(joint)?;
+        self.stop.validate(joint)
     }
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, Link, Pose};
+use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose};
 use crate::math::Matrix;
 use crate::robot::{Description, GRAVITY, JointDescription};
 
@@ -54,6 +54,8 @@ pub(super) struct Joint {
     friction: Friction,
     #[serde(default)]
     limits: Limits,
+    #[serde(default)]
+    stop: Stop,
 }
 
 #[derive(Deserialize)]
@@ -80,6 +82,13 @@ struct Limits {
     upper: Option<f64>,
     velocity: Option<f64>,
     effort: Option<f64>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct Stop {
+    stiffness: f64,
+    dissipation: f64,
 }
 
 fn usual_gravity() -> [f64; 3] {
@@ -147,6 +156,7 @@ impl Joint {
                 velocity: self.limits.velocity.unwrap_or(f64::INFINITY),
                 effort: self.limits.effort.unwrap_or(f64::INFINITY),
             },
+            stop: JointStop { stiffness: self.stop.stiffness, dissipation: self.stop.dissipation },
         };
         JointDescription { name: self.name, link_name: self.link, link }
     }

@@ -18,7 +18,7 @@ impl Description {
     }
 
     /// A description from TOML. Unknown entries are refused. Absent are: a rotation that is none, a limit that is
-    /// infinite, friction that is none, gravity that is the usual one.
+    /// infinite, friction and stops that are none, gravity that is the usual one.
     ///
     /// # Errors
     /// With the line: what is not TOML or not of the format, a number that is not finite, a mass distribution that no

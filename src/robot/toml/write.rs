@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::FORMAT;
-use crate::arm::{JointFriction, JointKind, JointLimits, Pose};
+use crate::arm::{JointFriction, JointKind, JointLimits, JointStop, Pose};
 use crate::math::Matrix;
 use crate::robot::{Description, JointDescription};
 
@@ -19,6 +19,7 @@ const HEADER: &str = "\
 # armature                inertia of the rotor, seen through the gear
 # friction                coulomb = [in positive motion, in negative motion]; smoothing, stribeck_speed in rad/s or m/s
 # limits                  absent for none
+# stop                    at the ends of the range, absent for none: stiffness in N m/rad, dissipation in s/rad
 ";
 
 /// The whole file. Writing into a string cannot fail.
@@ -61,6 +62,11 @@ fn write_joint(out: &mut String, joint: &JointDescription) {
         list(&coulomb)
     );
     write_limits(out, &link.limits);
+    if link.stop != JointStop::default() {
+        let JointStop { stiffness, dissipation } = link.stop;
+        let _ =
+            writeln!(out, "stop = {{ stiffness = {stiffness:?}, dissipation = {dissipation:?} }}");
+    }
 }
 
 fn write_pose(out: &mut String, pose: &Pose) {

@@ -3,7 +3,7 @@
 use super::elements::Source;
 use super::joint::{JointPart, Motion};
 use super::tree::{Path, Tree};
-use crate::arm::{Inertia, JointFriction, JointKind, Link, Pose};
+use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
 use crate::robot::error::{listed, quoted};
 use crate::robot::{Description, JointDescription, ReadError, checks, frames};
 
@@ -149,6 +149,7 @@ fn link(joint: &JointPart, placement: Pose, inertia: Inertia, armature: f64) -> 
         },
         armature,
         limits: joint.limits,
+        stop: JointStop::default(),
     }
 }
 
