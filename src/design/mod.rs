@@ -4,7 +4,11 @@
 mod linear_model;
 #[cfg(feature = "std")]
 mod report;
+#[cfg(feature = "std")]
+mod subject;
 
 pub use linear_model::{LinearModel, MAX_DELAY};
 #[cfg(feature = "std")]
 pub use report::{Conditions, Finding, JointReport, Report};
+#[cfg(feature = "std")]
+pub use subject::Subject;

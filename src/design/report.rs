@@ -2,8 +2,8 @@
 
 use core::fmt;
 
-use super::LinearModel;
-use crate::control::{FuzzyCompensator, Gains};
+use super::{LinearModel, Subject};
+use crate::control::Gains;
 use crate::eigen::{Complex, modulus};
 use crate::error::{Error, Result, positive};
 use crate::math::{exp, sqrt};
@@ -201,7 +201,7 @@ impl<const N: usize> Report<N> {
     /// `period`, `delay_samples`, `disturbance`, `inertia_ratio`: out of range.
     pub fn new(
         gains: &Gains<N>,
-        compensator: &FuzzyCompensator<N>,
+        compensator: &dyn Subject<N>,
         conditions: &Conditions<'_>,
     ) -> Result<Self> {
         positive("inertia_ratio", &[conditions.inertia_ratio])?;
@@ -209,17 +209,13 @@ impl<const N: usize> Report<N> {
         if conditions.disturbance.is_empty() {
             return Err(Error::WrongLength { parameter: "disturbance", got: 0, wanted: 1 });
         }
-        let xi_squared = xi_squared_at_zero(compensator)?;
+        let xi_squared = compensator.xi_squared_at_zero()?;
         let mut findings = Vec::new();
         let mut joints = Vec::with_capacity(N);
         for n in 0..N {
             let gain = compensator.parameters().adaptation.gain[n];
             let design = Design { joint: n, gains, compensator, conditions };
-            joints.push(design.report(
-                gain,
-                xi_squared[n.min(xi_squared.len() - 1)],
-                &mut findings,
-            )?);
+            joints.push(design.report(gain, xi_squared[n], &mut findings)?);
         }
         match joints.try_into() {
             Ok(joints) => Ok(Self { joints, findings }),
@@ -233,19 +229,11 @@ impl<const N: usize> Report<N> {
     }
 }
 
-/// |ξ(0)|² of each block of the basis.
-fn xi_squared_at_zero<const N: usize>(compensator: &FuzzyCompensator<N>) -> Result<Vec<f64>> {
-    let basis = compensator.basis();
-    let mut xi = vec![0.0; basis.rules()];
-    basis.evaluate(&vec![0.0; basis.inputs()], &mut vec![0.0; basis.work_len()], &mut xi)?;
-    Ok(xi.chunks_exact(basis.block_rules()).map(|xi| xi.iter().map(|x| x * x).sum()).collect())
-}
-
 /// One joint of a design.
 struct Design<'a, const N: usize> {
     joint: usize,
     gains: &'a Gains<N>,
-    compensator: &'a FuzzyCompensator<N>,
+    compensator: &'a dyn Subject<N>,
     conditions: &'a Conditions<'a>,
 }
 

@@ -11,8 +11,8 @@ use crate::control::{
     Compensator, FuzzyCompensator, FuzzyState, KernelCompensator, KernelState, NoCompensation,
     State,
 };
+use crate::design::Subject;
 use crate::error::Result;
-use crate::riccati::JointSolution;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -46,8 +46,8 @@ pub(super) trait Compensation<const N: usize>:
     /// Sets W, and with `prior` W₀ too.
     fn set_weights(&self, state: &mut Self::State, weights: &[f64], prior: bool) -> PyResult<()>;
 
-    /// P of each joint; `None` where nothing was solved.
-    fn p(&self) -> Option<&[JointSolution; N]> {
+    /// It, as the subject of a design report; `None` where there is nothing to report on.
+    fn subject(&self) -> Option<&dyn Subject<N>> {
         None
     }
 
@@ -146,8 +146,8 @@ impl<const N: usize> Compensation<N> for FuzzyCompensator<N> {
         set.map_err(value_error)
     }
 
-    fn p(&self) -> Option<&[JointSolution; N]> {
-        Some(self.p())
+    fn subject(&self) -> Option<&dyn Subject<N>> {
+        Some(self)
     }
 }
 
@@ -192,8 +192,8 @@ impl<const N: usize> Compensation<N> for KernelCompensator<N> {
         Err(no_matrix())
     }
 
-    fn p(&self) -> Option<&[JointSolution; N]> {
-        Some(self.p())
+    fn subject(&self) -> Option<&dyn Subject<N>> {
+        Some(self)
     }
 
     fn dictionary<'py>(

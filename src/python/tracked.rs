@@ -235,7 +235,7 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn p(&self) -> Option<Vec<f64>> {
-        let joints = self.controller.compensator.p()?;
+        let joints = self.controller.compensator.subject()?.p();
         let size = 2 * N;
         let mut p = vec![0.0; size * size];
         for (n, joint) in joints.iter().enumerate() {
@@ -289,13 +289,10 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
 
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)> {
         let ComputedTorque { gains, compensator, .. } = &*self.controller;
-        let fuzzy = compensator.dense().map_err(|_| {
-            let got = compensator.words();
-            PyTypeError::new_err(format!(
-                "tracker: got one with compensator={got}, wants one with a FuzzyCompensator without dictionary"
-            ))
+        let subject = compensator.subject().ok_or_else(|| {
+            PyTypeError::new_err("tracker: got one without a compensator, wants one to report on")
         })?;
-        let report = Report::new(gains, fuzzy, conditions).map_err(value_error)?;
+        let report = Report::new(gains, subject, conditions).map_err(value_error)?;
         Ok((report.joints.to_vec(), report.findings))
     }
 }
