@@ -1,7 +1,7 @@
 //! The memory of a compensator, lent by the caller, in whole cache lines: a register read across two lines costs twice.
 
 use crate::error::{Error, Result};
-use crate::fuzzy::kernels::LANES;
+use crate::math::LANES;
 
 /// Memory for a compensator's state: an array, a slice, a vector.
 pub trait Buffer: AsRef<[f64]> + AsMut<[f64]> {}

@@ -6,12 +6,13 @@
 use pulp::Simd;
 
 use super::basis::{MAX_INPUTS, MAX_SETS, length};
-use super::kernels::{LANES, Line, dot_lanes};
+use super::kernels::dot_lanes;
 use super::kronecker::Column;
 use super::lattice::Lattice;
 use super::membership::Sets;
 use super::places::Span;
 use crate::error::{Error, Result, within};
+use crate::math::{LANES, Line};
 
 /// Tables of inputs that are evaluated side by side at the most.
 const MAX_LATTICES: usize = 8;

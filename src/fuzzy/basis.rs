@@ -15,13 +15,13 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
-use super::kernels::{LANES, dot};
+use super::kernels::dot;
 use super::kronecker::{Column, kronecker};
 use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};
 use crate::error::{Error, Result, finite};
-use crate::math::sqrt;
+use crate::math::{LANES, sqrt};
 
 /// Most inputs of a basis: seven signals of eight joints fit.
 pub const MAX_INPUTS: usize = 64;

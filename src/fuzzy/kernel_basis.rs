@@ -10,9 +10,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
 use super::basis::{MAX_INPUTS, length};
-use super::kernels::LANES;
 use crate::error::{Result, finite};
-use crate::math::sqrt;
+use crate::math::{LANES, sqrt};
 
 /// Blocks of atoms that are compared side by side.
 const BATCH: usize = 2;

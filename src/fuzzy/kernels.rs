@@ -6,9 +6,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::places::{Dyad, Dyads};
-
-/// Rows of weights are whole multiples of this long.
-pub(crate) const LANES: usize = 8;
+use crate::math::{LANES, Line};
 
 /// Terms that are added side by side.
 const BATCH: usize = 5;
@@ -18,11 +16,6 @@ pub(super) const BLOCK: usize = 4;
 
 /// Weights smaller than this are set to zero: denormal numbers would slow every later step.
 const FLUSH_BELOW: f64 = 1e-300;
-
-/// Numbers of all lanes in one cache line: a register across two lines costs twice.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-pub(crate) struct Line(pub [f64; LANES]);
 
 /// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
 #[derive(Clone, Copy)]

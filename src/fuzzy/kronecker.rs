@@ -2,8 +2,9 @@
 
 use pulp::Simd;
 
-use super::kernels::{BLOCK, LANES};
+use super::kernels::BLOCK;
 use super::places::Span;
+use crate::math::LANES;
 
 /// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
 #[derive(Clone, Copy, Debug)]

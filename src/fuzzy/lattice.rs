@@ -11,8 +11,7 @@
 
 use pulp::Simd;
 
-use super::kernels::{LANES, Line};
-use crate::math::{exp, sqrt};
+use crate::math::{LANES, Line, exp, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
 const LATTICE_TOL: f64 = 1e-12;

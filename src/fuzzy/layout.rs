@@ -1,9 +1,9 @@
 //! Sizes of an evaluated basis.
 
 use super::basis::{Form, MAX_RULES, length};
-use super::kernels::LANES;
 use super::places::{Dyad, Dyads, Span};
 use crate::error::{Error, Result};
+use crate::math::LANES;
 
 /// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then padding, and it is soon made.
 const MIN_INNER: usize = 3 * LANES;

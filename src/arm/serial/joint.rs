@@ -127,7 +127,11 @@ impl<const N: usize> Chain<N> {
     /// The frames at q.
     #[inline(always)]
     pub fn turns(&self, q: &crate::math::Vector<N>) -> [Turn; N] {
-        core::array::from_fn(|i| self.joints[i].turn(q[i]))
+        let mut turns = [Turn { ca: 1.0, sa: 0.0, c: 1.0, s: 0.0, p: V3::ZERO }; N];
+        for i in 0..N {
+            turns[i] = self.joints[i].turn(q[i]);
+        }
+        turns
     }
 }
 

@@ -31,7 +31,7 @@ use super::memory::{Buffer, Memory};
 use super::{FuzzyParameters, Gains, MAX_STAGES};
 use crate::error::{Error, Result, within};
 use crate::fuzzy::KernelBasis;
-use crate::fuzzy::kernels::LANES;
+use crate::math::LANES;
 use crate::riccati::JointSolution;
 
 /// Atoms at the most: their kernels with each other then take 128 MiB.
