@@ -223,7 +223,7 @@ class Serial:
     def without_friction(self) -> Serial:
         """Return the same arm with no friction in any joint."""
     def with_stops(self, stiffness: ArrayLike, dissipation: ArrayLike = 1.0) -> Serial:
-        """Return the same arm with stops at the ends of its joints' ranges, where `limits` are finite.
+        """Return the same arm with stops at the ends of its joints' ranges, if they have ends.
 
         A joint that is δ beyond an end is pushed back with
         max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley: stiffness

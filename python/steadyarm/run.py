@@ -139,6 +139,8 @@ class Run:
     """The dissipation identity; None for sampled control or without a compensator."""
     dictionary: _core._Dictionary | None = None
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
+    tracker: _core.ComputedTorque | None = None
+    """The controller with all that it learnt, to go on with; None in a run from a file."""
 
     @classmethod
     def from_record(cls, record: dict[str, Any], reference: Any) -> Run:
@@ -265,7 +267,7 @@ class Run:
             raise ValueError(f"tau: {len(self.tau)} rows, wants {rows}")
         for field in fields(self):
             array = getattr(self, field.name)
-            if array is None or field.name in ("status", "certificate", "dictionary"):
+            if array is None or field.name in ("status", "certificate", "dictionary", "tracker"):
                 continue
             flat = field.name in ("t", "weights_norm", "V")
             recorded = len(self.tau) if field.name in TORQUES else rows

@@ -38,8 +38,7 @@ def simulate(
     """Simulate the closed loop of plant, tracker and reference, and record it.
 
     The run starts from the tracker's present weights and leaves the tracker as it was; to go on
-    from what was learnt, set ``tracker.weights = run.weights`` (a compensator with a ``dictionary``
-    has none: ``run.dictionary`` says how full it was). Rust works with the GIL released.
+    from what was learnt, take ``run.tracker``. Rust works with the GIL released.
     Ctrl-C ends the run within 0.1 s and returns what there is, with ``run.status`` "interrupted"; a
     run that blows up ends the same way, "diverged".
 

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -172,7 +172,8 @@ impl Settings<'_, '_> {
     }
 }
 
-/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, and what a callback raised.
+/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with a tracker in the state that
+/// the run ended in, and what a callback raised.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
     record_every, record, progress))]
@@ -213,14 +214,11 @@ pub(super) fn simulate<'py>(
     let tracker = tracker.cast::<PyComputedTorque>().map_err(|_| {
         PyTypeError::new_err(format!("tracker: got {}, wants a ComputedTorque", type_name(tracker)))
     })?;
-    let twin = {
-        let tracker = tracker.try_borrow().map_err(|_| {
-            PyRuntimeError::new_err("tracker: it is in the middle of a step, wants one that is not")
-        })?;
-        tracker.tracked.twin()
-    };
-    let monitor = Monitor::new(progress);
-    twin.simulate(py, &*plant.get().planted, reference, settings, monitor)
+    let mut twin = PyComputedTorque::twin(tracker)?;
+    let (plant, monitor) = (&*plant.get().planted, Monitor::new(progress));
+    let (record, raised) = twin.tracked.simulate(py, plant, reference, settings, monitor)?;
+    record.set_item("tracker", Py::new(py, twin)?)?;
+    Ok((record, raised))
 }
 
 /// The part of [`simulate`] that knows the joint count. `state` ends as the run left it.

@@ -43,9 +43,9 @@ pub(super) trait Tracked: Send + Sync {
         dt: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>>;
 
-    /// A run from the present state, which stays as it is.
+    /// A run from the present state, which ends as the run left it.
     fn simulate<'py>(
-        self: Box<Self>,
+        &mut self,
         py: Python<'py>,
         plant: &dyn Planted,
         reference: Any<'_, 'py>,
@@ -183,14 +183,15 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn simulate<'py>(
-        mut self: Box<Self>,
+        &mut self,
         py: Python<'py>,
         plant: &dyn Planted,
         reference: Any<'_, 'py>,
         settings: Settings<'_, 'py>,
         monitor: Monitor,
     ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
-        let Self { controller, state, .. } = &mut *self;
+        let Self { controller, state, latest } = self;
+        *latest = None;
         simulated(py, plant, controller, state, reference, settings, monitor)
     }
 

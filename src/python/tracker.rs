@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -29,6 +29,14 @@ pub(super) struct PyComputedTorque {
 impl PyComputedTorque {
     fn latest<'py>(&self, py: Python<'py>, part: Part) -> Option<Array1<'py>> {
         self.tracked.latest(part).map(|values| array1(py, values))
+    }
+
+    /// The same tracker in the same state, of which one may go on alone.
+    pub fn twin(tracker: &Bound<'_, Self>) -> PyResult<Self> {
+        let this = tracker.try_borrow().map_err(|_| {
+            PyRuntimeError::new_err("tracker: it is in the middle of a step, wants one that is not")
+        })?;
+        Ok(Self { arguments: this.arguments.clone_ref(tracker.py()), tracked: this.tracked.twin() })
     }
 
     fn restore(&mut self, bytes: &[u8]) -> crate::error::Result<()> {

@@ -68,6 +68,40 @@ def test_simulate_equals_manual_loop_bit_for_bit(joints: int) -> None:
     assert run.weights.shape == (joints, 25)
 
 
+@pytest.mark.parametrize("dictionary", [None, 16])
+@pytest.mark.parametrize("options", [{}, {"method": "dp54"}, {"control_period": 2e-3}])
+def test_tracker_of_a_run_goes_on_from_it(dictionary: int | None, options: dict[str, Any]) -> None:
+    """Nothing here depends on time, so that a run in two parts is the run in one."""
+    basis = sa.FuzzyBasis("grid", np.linspace(-1, 1, 5), 0.5, normalized=True, inputs="error")
+    compensator = sa.FuzzyCompensator(basis, q=10, gain=50.0, dictionary=dictionary)
+    controller = sa.ComputedTorque(sa.paper.nominal(), 8, 5.5, compensator)
+    rest = sa.Quintic((0.1, 0.2), (0.1, 0.2), 1.0)
+
+    def run(tracker: sa.ComputedTorque, duration: float, **start: Any) -> sa.Run:
+        there = sa.Plant(sa.paper.actual())
+        return sa.simulate(there, tracker, rest, duration, 1e-3, **options, **start)
+
+    before = pickle.dumps(controller)
+    first = run(controller, 0.4, q0=(0.5, -0.5))
+    assert pickle.dumps(controller) == before
+    going_on = pickle.dumps(first.tracker)
+    second = run(first.tracker, 0.2, q0=first.q[-1], dq0=first.dq[-1])
+    assert pickle.dumps(first.tracker) == going_on != before
+    whole = run(controller, 0.6, q0=(0.5, -0.5))
+    if options.get("method") == "dp54":
+        # Its steps end elsewhere, and so do the states that a dictionary keeps.
+        apart = 1e-7 if dictionary is None else 1e-5
+        np.testing.assert_allclose(second.q, whole.q[400:], rtol=0, atol=apart)
+    else:
+        assert second.q.tobytes() == whole.q[400:].tobytes()
+        assert pickle.dumps(second.tracker) == pickle.dumps(whole.tracker)
+    if dictionary is None:
+        assert first.tracker.weights.tobytes() == first.weights.tobytes()
+    else:
+        assert first.tracker.dictionary["atoms"] == first.dictionary["atoms"] > 0
+    assert pickle.loads(pickle.dumps(first)).tracker.steps == first.tracker.steps
+
+
 @pytest.mark.parametrize("joints", EACH)
 def test_compensator_tracks_better_and_its_certificate_holds(joints: int) -> None:
     there, path = plant(joints), reference(joints)
