@@ -51,8 +51,8 @@ P_TOL = 1e-9
 # At these tolerances our error is not larger than that of SciPy's RK45 at rtol 1e-8, atol 1e-10;
 # checked below. Ours are smaller because SciPy also controls the weights, which are no part of our
 # integrator's state. They are equal because atol is all that is asked of a velocity that passes
-# zero: with atol = rtol / 100 a tenth of our steps would go there. SciPy's error is a mean over 1254
-# entries, which does not notice; with rtol = atol = 2e-9 it needs 3 % fewer calls.
+# zero: with atol = rtol / 100 a tenth of our steps would go there. SciPy's error is a mean over
+# 1254 entries, which does not notice; with rtol = atol = 2e-9 it needs 3 % fewer calls.
 RTOL, ATOL = 1.55e-9, 1.55e-9
 FINAL = {"record_every": STEPS, "record": "motion"}
 

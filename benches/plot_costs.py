@@ -34,7 +34,7 @@ def main():
         )
     joints = {group: rows for group, rows in found.items() if max(rows) <= 8}
     sizes = {group: rows for group, rows in found.items() if max(rows) > 8}
-    figure = Figure(figsize=(11, 4.2), dpi=130, layout="constrained")
+    figure = Figure(figsize=(11, 4.8), dpi=130, layout="constrained")
     panels = figure.subplots(1, 2)
     for axes, curves, name in zip(
         panels, (joints, sizes), ("joints", "states in the dictionary"), strict=True
@@ -47,7 +47,8 @@ def main():
             axes.set_xticks(sorted(set().union(*curves.values())), minor=False)
             axes.xaxis.set_major_formatter(lambda x, _: f"{x:g}")
             axes.xaxis.set_minor_formatter(lambda *_: "")
-            axes.legend(frameon=False, fontsize=9)
+            below = {"loc": "upper center", "bbox_to_anchor": (0.5, -0.14), "ncols": 2}
+            axes.legend(frameon=False, fontsize=9, **below)
     figure.savefig(out)
     print(f"see {out}")
 
