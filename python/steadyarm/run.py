@@ -145,15 +145,14 @@ class Run:
     @classmethod
     def from_record(cls, record: dict[str, Any], reference: Any) -> Run:
         """Build a run from the core's record, and the reference that it followed."""
-        certificate = record.pop("certificate")
-        run = cls(
-            **{key: value for key, value in record.items() if key != "status"},
+        certificate = record["certificate"]
+        run = cls.__new__(cls)
+        vars(run).update(
+            record,
             status=Status(*record["status"]),
             certificate=None if certificate is None else Certificate(**certificate),
         )
-        if len(run.q_d) < len(run.t):
-            for name in DESIRED:
-                del vars(run)[name]
+        if "q_d" not in record:
             vars(run)["_reference"] = reference
         return run
 

@@ -275,8 +275,9 @@ struct Record {
     status: (&'static str, f64, String),
     certificate: Option<Certificate>,
     t: Vec<f64>,
-    /// Row-major.
-    matrices: [(&'static str, Vec<f64>); 12],
+    /// Row-major. The desired motion and the error are left out if they were not recorded.
+    matrices: [(&'static str, Vec<f64>); 7],
+    desired: [(&'static str, Vec<f64>); 5],
     vectors: [(&'static str, Vec<f64>); 2],
 }
 
@@ -290,21 +291,19 @@ fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'
     let matrices = [
         ("q", run.q),
         ("dq", run.dq),
-        ("q_d", run.q_d),
-        ("dq_d", run.dq_d),
-        ("ddq_d", run.ddq_d),
-        ("e", run.e),
-        ("de", run.de),
         ("tau", run.tau),
         ("tau_model", run.tau_model),
         ("tau_compensation", run.tau_compensation),
         ("rho", run.rho),
         ("rho_hat", run.rho_hat),
     ];
+    let desired =
+        [("q_d", run.q_d), ("dq_d", run.dq_d), ("ddq_d", run.ddq_d), ("e", run.e), ("de", run.de)];
     let matrices = matrices.map(|(name, rows)| (name, rows.into_flattened()));
+    let desired = desired.map(|(name, rows)| (name, rows.into_flattened()));
     let vectors = [("weights_norm", run.weights_norm), ("V", run.v)];
     let (t, certificate) = (run.t, run.certificate);
-    Record { joints: N, status, certificate, t, matrices, vectors }.into_dict(py)
+    Record { joints: N, status, certificate, t, matrices, desired, vectors }.into_dict(py)
 }
 
 impl Record {
@@ -323,8 +322,10 @@ impl Record {
         } else {
             dict.set_item("certificate", py.None())?;
         }
+        let entries = self.joints * self.t.len();
         dict.set_item("t", owned1(py, self.t))?;
-        for (name, values) in self.matrices {
+        let desired = self.desired.into_iter().filter(|(_, values)| values.len() == entries);
+        for (name, values) in self.matrices.into_iter().chain(desired) {
             dict.set_item(name, owned2(py, values, self.joints)?)?;
         }
         for (name, values) in self.vectors {
