@@ -12,6 +12,8 @@ use crate::math::Matrix;
 const ORTHONORMAL: f64 = 1e-8;
 /// Principal moments may miss the triangle inequality by this share of the largest: figures of six digits, rounded.
 const TRIANGLE: f64 = 1e-6;
+/// They may also miss it by what moving the mass by a micrometre changes [m²]: files have −1e-20 for none.
+const SPECK: f64 = 1e-12;
 
 /// What is wrong, and at which joint.
 pub(super) struct Problem {
@@ -105,7 +107,7 @@ pub(super) fn inertia(inertia: &Inertia) -> Result<(), String> {
     let mut principal = symmetric_eigenvalues(moments).map_err(|error| error.to_string())?;
     principal.sort_by(f64::total_cmp);
     let [a, b, c] = principal;
-    let allowed = TRIANGLE * c.abs().max(a.abs());
+    let allowed = (TRIANGLE * c.abs().max(a.abs())).max(SPECK * inertia.mass);
     if a < -allowed {
         return Err(format!(
             "moments: got principal moments {a:e}, {b:e}, {c:e} kg m^2, wants none negative"

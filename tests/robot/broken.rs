@@ -88,6 +88,22 @@ fn moments_must_be_those_of_a_body() {
     refused_at(" izz=\"0.5\"", "", "<inertia ixx=\"0.3\"", &["\"trunk\"", "<inertia> without izz"]);
 }
 
+/// Files have −1e-20 kg m² where they mean none.
+#[test]
+fn moments_below_what_a_micrometre_changes_are_rounding() {
+    let hand = "<inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>";
+    assert!(VALID.contains(hand));
+    let with = |ixx: &str| {
+        let new = format!(
+            "<inertia ixx=\"{ixx}\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"1e-20\"/>"
+        );
+        read(&VALID.replacen(hand, &new, 1))
+    };
+    with("-1e-20").unwrap();
+    let error = with("-1e-11").unwrap_err().to_string();
+    assert!(error.contains("wants none negative"), "{error}");
+}
+
 #[test]
 fn link_that_moves_must_have_an_inertial() {
     let from = VALID.find("    <inertial>").unwrap();

@@ -113,6 +113,9 @@ fn masses_that_cannot_be() {
     };
     assert_eq!(moments([0.1, 0.1, -1e-3]), outside("inertia.moments"));
     assert_eq!(moments([0.1, 0.2, 0.31]), outside("inertia.moments"));
+    let mut speck = valid();
+    speck.links[1].inertia.moments = Matrix3::from_diagonal(&[-1e-20, 0.0, 1e-20].into());
+    Serial::new(speck).unwrap();
     assert_eq!(moments([0.0, 0.35, 0.0]), outside("inertia.moments"));
     // The same in turned axes.
     let turned = refusal(|l| {

@@ -11,6 +11,8 @@ const UNIT: f64 = 1e-6;
 const SYMMETRY: f64 = 1e-9;
 /// The principal moments may miss zero, and the triangle inequality, by this share of the largest.
 const MOMENTS: f64 = 1e-6;
+/// They may also miss them by what moving the mass by a micrometre changes [m²].
+const SPECK: f64 = 1e-12;
 
 /// A parameter of one joint.
 #[derive(Clone, Copy)]
@@ -69,7 +71,8 @@ const PLACEMENT: PoseNames =
 impl Link {
     /// Refuses a link that cannot be; errors carry `joint` as their index.
     ///
-    /// Axes and rotations may be off by 1e-6, principal moments by 1e-6 of the largest: published figures are rounded.
+    /// Axes and rotations may be off by 1e-6, principal moments by 1e-6 of the largest, or by
+    /// the mass times a square micrometre: published figures are rounded.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`, `armature`, `limits.…` or
@@ -144,8 +147,9 @@ pub(super) fn validate_inertia(
     let mut principal = symmetric_eigenvalues(&((i + i.transpose()) * 0.5))?;
     principal.sort_unstable_by(f64::total_cmp);
     let [least, middle, most] = principal;
-    moments.within(least, least >= -MOMENTS * most, "principal moments >= 0")?;
+    let allowed = (MOMENTS * most).max(SPECK * inertia.mass);
+    moments.within(least, least >= -allowed, "principal moments >= 0")?;
     let slack = least + middle - most;
     let wanted = "no principal moment larger than the sum of the other two";
-    moments.within(slack, slack >= -MOMENTS * most, wanted)
+    moments.within(slack, slack >= -allowed, wanted)
 }
