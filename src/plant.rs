@@ -1,4 +1,4 @@
-//! The arm that is really there: `M(q) q̈ + H(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6). τ_d opposes τ.
+//! The arm that is really there: `M(q) q̈ + H(q, q̇) + s(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6, with the arm's stops). τ_d opposes τ.
 
 use crate::arm::Arm;
 use crate::control::Limits;
@@ -89,7 +89,7 @@ impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
         self.limits.clamp(tau)
     }
 
-    /// q̈ = M⁻¹(τ − τ_d − H) [rad/s²] for an applied torque.
+    /// q̈ = M⁻¹(τ − τ_d − H − s) [rad/s²] for an applied torque.
     #[inline]
     pub fn acceleration(
         &self,

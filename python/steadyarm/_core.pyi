@@ -227,9 +227,13 @@ class Serial:
 
         A joint that is δ beyond an end is pushed back with
         max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley: stiffness
-        [N·m/rad], 0 for none; dissipation [s/rad]; scalars or (n,). They are part of inverse and
-        forward dynamics, so of a `Plant`, and not of `bias`: no controller pushes through them.
-        RK4 needs ``dt`` < 2.8 / √(stiffness / inertia); "dp54" finds its own.
+        [N·m/rad], or [N/m] for a prismatic joint, 0 for none; dissipation [s/rad or s/m]; scalars
+        or (n,). They are part of inverse and forward dynamics, so of a `Plant`, and not of `bias`:
+        a `ComputedTorque` of this arm does not count on them.
+
+        RK4 needs ``dt`` < 2.8 / √(stiffness (M⁻¹)ⱼⱼ): the inertia that a stop meets is 1/(M⁻¹)ⱼⱼ,
+        often far less than Mⱼⱼ. With a longer step the joint bounces off, and the run may still
+        finish; "dp54" finds its own step. Raises ValueError for an arm whose joints have no ends.
         """
     def with_payload(
         self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike = 0.0
@@ -601,7 +605,9 @@ class ComputedTorque:
 
 @final
 class Plant:
-    """What is really there: ``M(q) ddq + H(q, dq) + τ_d = τ`` (6), τ limited by the actuators.
+    """What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
+
+    That is (6) with the `Serial.stops` of the arm, if it has any.
 
     Parameters
     ----------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -53,8 +54,9 @@ class Certificate:
 
     For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
     ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
-    RK4 at 1 ms; of order 1 if a sign were wrong. ``state_cost`` = ∫ x'Qx dt is then bounded by
-    ``v_start + gamma² uncertainty``, where ``uncertainty`` = ∫ |ρ|² dt.
+    RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong.
+    ``state_cost`` = ∫ x'Qx dt is then bounded by ``v_start + gamma² uncertainty``, where
+    ``uncertainty`` = ∫ |ρ|² dt.
     """
 
     residual: float
@@ -139,19 +141,18 @@ class Run:
     """The dissipation identity; None for sampled control or without a compensator."""
     dictionary: _core._Dictionary | None = None
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
-    tracker: _core.ComputedTorque | None = None
-    """The controller with all that it learnt, to go on with; None in a run from a file."""
 
     @classmethod
-    def from_record(cls, record: dict[str, Any], reference: Any) -> Run:
+    def _from_record(cls, record: dict[str, Any], reference: Any) -> Run:
         """Build a run from the core's record, and the reference that it followed."""
-        certificate = record["certificate"]
+        certificate, parts = record["certificate"], record.pop("tracker")
         run = cls.__new__(cls)
         vars(run).update(
             record,
             status=Status(*record["status"]),
             certificate=None if certificate is None else Certificate(**certificate),
         )
+        vars(run)["_tracker"] = parts
         if "q_d" not in record:
             vars(run)["_reference"] = reference
         return run
@@ -175,6 +176,21 @@ class Run:
         for name in DESIRED:
             getattr(self, name)
         return {name: value for name, value in vars(self).items() if name != "_reference"}
+
+    @cached_property
+    def tracker(self) -> _core.ComputedTorque | None:
+        """The controller with all that it learnt, to go on with; None in a run from a file.
+
+        ``simulate(plant, run.tracker, reference, q0=run.q[-1], dq0=run.dq[-1])`` goes on where the
+        run ended, at time 0 of the reference.
+        """
+        parts = vars(self).get("_tracker")
+        if parts is None:
+            return None
+        arguments, state = parts
+        tracker = _core.ComputedTorque(*arguments)
+        tracker.__setstate__(state)
+        return tracker
 
     @property
     def joints(self) -> int:
@@ -266,7 +282,7 @@ class Run:
             raise ValueError(f"tau: {len(self.tau)} rows, wants {rows}")
         for field in fields(self):
             array = getattr(self, field.name)
-            if array is None or field.name in ("status", "certificate", "dictionary", "tracker"):
+            if array is None or field.name in ("status", "certificate", "dictionary"):
                 continue
             flat = field.name in ("t", "weights_norm", "V")
             recorded = len(self.tau) if field.name in TORQUES else rows

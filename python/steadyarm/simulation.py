@@ -38,7 +38,7 @@ def simulate(
     """Simulate the closed loop of plant, tracker and reference, and record it.
 
     The run starts from the tracker's present weights and leaves the tracker as it was; to go on
-    from what was learnt, take ``run.tracker``. Rust works with the GIL released.
+    with what was learnt, take ``run.tracker``. Rust works with the GIL released.
     Ctrl-C ends the run within 0.1 s and returns what there is, with ``run.status`` "interrupted"; a
     run that blows up ends the same way, "diverged".
 
@@ -88,7 +88,7 @@ def simulate(
             bar.update(columns["status"][1] - bar.n)
     else:
         columns, raised = _core.simulate(*arguments, *options, record, None)
-    run = Run.from_record(columns, reference)
+    run = Run._from_record(columns, reference)
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")

@@ -2,6 +2,7 @@
 
 use core::any::Any as Type;
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::convert::{
@@ -122,6 +123,13 @@ impl<const N: usize> SerialArm for Serial<N> {
         let dissipation =
             dissipation.map_or(Ok([DISSIPATION; N]), |value| joints(value, "dissipation"))?;
         let stop = |n| JointStop { stiffness: stiffness[n], dissipation: dissipation[n] };
+        let ends = self.position_limits().into_iter().flatten().any(f64::is_finite);
+        if let Some(got) = stiffness.into_iter().find(|&k| k > 0.0).filter(|_| !ends) {
+            let message = format!(
+                "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, from a URDF or TOML"
+            );
+            return Err(PyValueError::new_err(message));
+        }
         let arm = Serial::with_stops(self, &std::array::from_fn(stop));
         let name = |parameter: &'static str| parameter.strip_prefix("stop.").unwrap_or(parameter);
         Ok(Box::new(arm.map_err(|error| value_error(renamed(error, name)))?))

@@ -32,7 +32,7 @@ const CHECK_EVERY: Duration = Duration::from_millis(20);
 const READ_EVERY: Duration = Duration::from_millis(1);
 const MAX_STRIDE: u32 = 8;
 
-/// What is really there: M q̈ + H + τ_d = τ (eq. 6), τ limited by the actuators.
+/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the actuators.
 ///
 /// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable
 /// (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
@@ -172,8 +172,8 @@ impl Settings<'_, '_> {
     }
 }
 
-/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with a tracker in the state that
-/// the run ended in, and what a callback raised.
+/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the parts of a tracker
+/// in the state that the run ended in, and what a callback raised.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
     record_every, record, progress))]
@@ -217,7 +217,7 @@ pub(super) fn simulate<'py>(
     let mut twin = PyComputedTorque::twin(tracker)?;
     let (plant, monitor) = (&*plant.get().planted, Monitor::new(progress));
     let (record, raised) = twin.tracked.simulate(py, plant, reference, settings, monitor)?;
-    record.set_item("tracker", Py::new(py, twin)?)?;
+    record.set_item("tracker", twin.parts(py))?;
     Ok((record, raised))
 }
 

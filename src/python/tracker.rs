@@ -39,6 +39,11 @@ impl PyComputedTorque {
         Ok(Self { arguments: this.arguments.clone_ref(tracker.py()), tracked: this.tracked.twin() })
     }
 
+    /// What it is made of: its arguments, and what it remembers.
+    pub fn parts<'py>(&self, py: Python<'py>) -> (Py<PyAny>, Bound<'py, PyBytes>) {
+        (self.arguments.clone_ref(py), self.__getstate__(py))
+    }
+
     fn restore(&mut self, bytes: &[u8]) -> crate::error::Result<()> {
         self.tracked.restore(bytes)
     }
@@ -236,9 +241,8 @@ impl PyComputedTorque {
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>, Bound<'py, PyBytes>)> {
-        let this = slf.try_borrow()?;
-        let arguments = this.arguments.clone_ref(slf.py());
-        Ok((slf.get_type().into_any(), arguments, this.__getstate__(slf.py())))
+        let (arguments, state) = slf.try_borrow()?.parts(slf.py());
+        Ok((slf.get_type().into_any(), arguments, state))
     }
 
     fn __repr__(&self) -> String {

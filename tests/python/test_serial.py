@@ -182,6 +182,24 @@ def test_stops_that_make_no_sense_are_refused() -> None:
             robot.with_stops(*arguments)
     with pytest.raises(TypeError, match="stiffness: got str"):
         robot.with_stops("hard")
+    endless = sa.Serial.from_dh(a=[0.5, 0.5], alpha=0, d=0, mass=1.0)
+    with pytest.raises(ValueError, match="stiffness: got 10000 for an arm whose joints have no"):
+        endless.with_stops(1e4)
+    assert endless.with_stops(0, 0).to_toml() == endless.to_toml()
+
+
+def test_every_joint_has_its_own_stop() -> None:
+    panda = sa.Serial.shipped("panda")
+    stiffness, dissipation = np.linspace(1e3, 7e3, 7), np.linspace(0, 1.2, 7)
+    stopped = panda.with_stops(stiffness, dissipation)
+    lower, upper, speed = panda.limits["lower"], panda.limits["upper"], np.full(7, 0.5)
+    above = stiffness * 0.01 * (1 + dissipation * speed)
+    np.testing.assert_allclose(stopped.stops(upper + 0.01, speed), above, rtol=1e-12)
+    np.testing.assert_allclose(stopped.stops(lower - 0.01, -speed), -above, rtol=1e-12)
+    inside = stopped.stops((lower + upper) / 2, speed)
+    assert np.array_equal(inside, np.zeros(7))
+    for changed in (stopped.with_payload(1.0), stopped.perturb(1), stopped.without_friction()):
+        np.testing.assert_allclose(changed.stops(upper + 0.01, speed), above, rtol=1e-12)
 
 
 def test_payload_adds_its_weight_and_inertia() -> None:

@@ -176,9 +176,10 @@ fn one_thing_broken_is_refused_with_its_line() {
     refused("viscous = 0.5", "viscous = -0.5", first, &["friction.viscous", "-0.5"]);
     refused("armature = 0.0", "armature = -1.0", first, &["armature", "-1"]);
     let stop = |entry| format!("armature = 0.0\nstop = {{ {entry} }}");
-    for (entry, name) in
-        [("stiffness = -1.0", "stop.stiffness"), ("dissipation = inf", "stop.dissipation")]
-    {
+    for (entry, name) in [
+        ("stiffness = -1.0", "stop.stiffness"),
+        ("stiffness = 1.0, dissipation = inf", "stop.dissipation"),
+    ] {
         refused("armature = 0.0", &stop(entry), first, &["\"waist\"", name, ">= 0"]);
     }
     refused("-9.81", "-inf", None, &["gravity", "-inf"]);
@@ -196,6 +197,14 @@ fn what_is_not_of_the_format_is_refused() {
     refused("format = 1", "format = 2", None, &["format", "got 2", "wants 1"]);
     refused("format = 1", "", Some("#"), &["missing field `format`"]);
     refused("mass = 5.0", "weight = 5.0", Some("weight"), &["unknown field `weight`"]);
+    for (stop, words) in [
+        ("3", "expected stiffness and"),
+        ("{}", "missing field `stiffness`"),
+        ("{ dissipation = 1.0 }", "missing field `stiffness`"),
+    ] {
+        let with = format!("armature = 0.0\nstop = {stop}");
+        refused("armature = 0.0", &with, Some("stop = "), &[words]);
+    }
     refused("mass = 5.0", "mass = \"heavy\"", Some("\"heavy\""), &["invalid type"]);
     refused("mass = 5.0", "mass = 5.0\nmass = 5.0", Some("mass = 5.0\ncom"), &["duplicate"]);
     refused(

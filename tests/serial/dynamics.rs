@@ -36,6 +36,23 @@ on_chains!(poses_are_those_of_rodrigues);
 on_chains!(jacobian_is_the_slope_of_the_pose);
 on_chains!(friction_never_drives);
 
+/// Chains too long for one lane a joint: their wrenches walk in groups.
+#[test]
+fn mass_matrix_of_long_chains_has_the_columns_of_inverse_dynamics() {
+    fn of_length<const N: usize>() {
+        for seed in 0..20 {
+            let mut random = crate::random::Random(seed);
+            let arm = chains::chain::<N>(&mut random);
+            of::mass_matrix_has_the_columns_of_inverse_dynamics(&arm, &mut random);
+        }
+    }
+    of_length::<9>();
+    of_length::<13>();
+    of_length::<16>();
+    of_length::<17>();
+    of_length::<25>();
+}
+
 /// Chains too long for factors of M: articulated bodies.
 #[test]
 fn forward_dynamics_of_long_chains_inverts_inverse_dynamics() {

@@ -54,8 +54,7 @@ pub(super) struct Joint {
     friction: Friction,
     #[serde(default)]
     limits: Limits,
-    #[serde(default)]
-    stop: Stop,
+    stop: Option<Stop>,
 }
 
 #[derive(Deserialize)]
@@ -84,10 +83,11 @@ struct Limits {
     effort: Option<f64>,
 }
 
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, expecting = "stiffness and dissipation")]
 struct Stop {
     stiffness: f64,
+    #[serde(default)]
     dissipation: f64,
 }
 
@@ -156,7 +156,9 @@ impl Joint {
                 velocity: self.limits.velocity.unwrap_or(f64::INFINITY),
                 effort: self.limits.effort.unwrap_or(f64::INFINITY),
             },
-            stop: JointStop { stiffness: self.stop.stiffness, dissipation: self.stop.dissipation },
+            stop: self.stop.map_or_else(JointStop::default, |Stop { stiffness, dissipation }| {
+                JointStop { stiffness, dissipation }
+            }),
         };
         JointDescription { name: self.name, link_name: self.link, link }
     }
