@@ -179,8 +179,9 @@ class Run:
 
     @cached_property
     def tracker(self) -> _core.ComputedTorque | None:
-        """The controller with all that it learnt, to go on with; None in a run from a file.
+        """The controller with all that it learnt, to go on with.
 
+        None in a run from a file, or one made of another by ``dataclasses.replace``.
         ``simulate(plant, run.tracker, reference, q0=run.q[-1], dq0=run.dq[-1])`` goes on where the
         run ended, at time 0 of the reference.
         """

@@ -4,6 +4,7 @@ use steadyarm::arm::{Arm, Serial};
 use steadyarm::math::{Matrix, Vector};
 
 use crate::chains::{self, on_chains};
+use crate::random::Random;
 
 /// Rounding of some hundred operations, relative to the largest entry.
 const ROUNDING: f64 = 1e-12;
@@ -36,36 +37,31 @@ on_chains!(poses_are_those_of_rodrigues);
 on_chains!(jacobian_is_the_slope_of_the_pose);
 on_chains!(friction_never_drives);
 
-/// Chains too long for one lane a joint: their wrenches walk in groups.
-#[test]
-fn mass_matrix_of_long_chains_has_the_columns_of_inverse_dynamics() {
-    fn of_length<const N: usize>() {
-        for seed in 0..20 {
-            let mut random = crate::random::Random(seed);
-            let arm = chains::chain::<N>(&mut random);
-            of::mass_matrix_has_the_columns_of_inverse_dynamics(&arm, &mut random);
-        }
+/// Chains longer than those above.
+fn on_long_chains<const N: usize>(holds: fn(&Serial<N>, &mut Random)) {
+    for seed in 0..50 {
+        let mut random = Random(seed);
+        let arm = chains::chain::<N>(&mut random);
+        holds(&arm, &mut random);
     }
-    of_length::<9>();
-    of_length::<13>();
-    of_length::<16>();
-    of_length::<17>();
-    of_length::<25>();
 }
 
-/// Chains too long for factors of M: articulated bodies.
+/// Too long for one lane a joint: their wrenches walk in groups.
+#[test]
+fn mass_matrix_of_long_chains_has_the_columns_of_inverse_dynamics() {
+    on_long_chains::<9>(of::mass_matrix_has_the_columns_of_inverse_dynamics);
+    on_long_chains::<13>(of::mass_matrix_has_the_columns_of_inverse_dynamics);
+    on_long_chains::<16>(of::mass_matrix_has_the_columns_of_inverse_dynamics);
+    on_long_chains::<17>(of::mass_matrix_has_the_columns_of_inverse_dynamics);
+    on_long_chains::<25>(of::mass_matrix_has_the_columns_of_inverse_dynamics);
+}
+
+/// The last ones are too long for factors of M: articulated bodies.
 #[test]
 fn forward_dynamics_of_long_chains_inverts_inverse_dynamics() {
-    fn of_length<const N: usize>() {
-        for seed in 0..50 {
-            let mut random = crate::random::Random(seed);
-            let arm = chains::chain::<N>(&mut random);
-            of::forward_dynamics_inverts_inverse_dynamics(&arm, &mut random);
-        }
-    }
-    of_length::<10>();
-    of_length::<11>();
-    of_length::<14>();
+    on_long_chains::<10>(of::forward_dynamics_inverts_inverse_dynamics);
+    on_long_chains::<11>(of::forward_dynamics_inverts_inverse_dynamics);
+    on_long_chains::<14>(of::forward_dynamics_inverts_inverse_dynamics);
 }
 
 mod of {

@@ -11,7 +11,7 @@ use super::space::{Turn, V3};
 use crate::math::{LANES, Line, Matrix, Vector};
 
 /// Line k has a one in lane k.
-const ONES: [Line; LANES] = {
+static ONES: [Line; LANES] = {
     let mut ones = [Line([0.0; LANES]); LANES];
     let mut lane = 0;
     while lane < LANES {
