@@ -131,7 +131,7 @@ fn friction(friction: &JointFriction) -> Result<(), String> {
     at_least_zero("friction.coulomb", friction.coulomb[1])?;
     at_least_zero("friction.stribeck", friction.stribeck)?;
     above_zero("friction.stribeck_speed", friction.stribeck_speed)?;
-    above_zero("friction.smoothing", friction.smoothing)
+    at_least_zero("friction.smoothing", friction.smoothing)
 }
 
 /// Refuses limits that leave no motion; infinite ones are none.
