@@ -18,7 +18,7 @@ use steadyarm::sim::{
 };
 
 use crate::chains;
-use crate::common::on;
+use crate::common::{self, adaptive, fresh, on};
 use crate::random::Random;
 
 /// One joint without gravity, of this inertia [kg m²].
@@ -293,4 +293,44 @@ fn a_stop_too_stiff_for_the_step_holds_the_joint_and_is_told() {
         let bounced = matches!(run.status, Status::Unresolved(doubt) if doubt.coarse == Coarse::Bounce);
         assert_eq!(bounced, told, "{stiffness}: {}", run.status);
     }
+}
+
+/// `steadyarm simulate --dt 1` used to finish with 0.273 / 0.483 rad where 0.193 / 0.448 is right.
+#[test]
+fn a_step_too_long_for_the_motion_is_told_and_named() {
+    let run = |dt, gain| {
+        let controller = adaptive(Form::Shared, true, gain);
+        let (plant, path, mut state) = (common::plant(), common::reference(), fresh(&controller));
+        let options = Options { dt, ..Options::default() };
+        simulate(&plant, &controller, &mut state, &path, &options, on).unwrap()
+    };
+    let told = run(1.0, 1.0 / 7.0).status;
+    let Status::Unresolved(doubt) = told else { panic!("{told}") };
+    assert!(matches!(doubt.coarse, Coarse::Motion { .. }), "{told}");
+    assert!(told.to_string().contains("dt = 1 s is too long for this motion"), "{told}");
+    assert_eq!(run(1e-3, 1.0 / 7.0).status, Status::Finished);
+    assert_eq!(run(1e-2, 1.0 / 7.0).status, Status::Finished);
+    // Beyond its stability limit RK4 diverges, which is no fault of the controller.
+    let told = run(2.0, 7.0).status;
+    assert!(matches!(told, Status::Diverged { doubt: Some(_), .. }), "{told}");
+    assert!(told.to_string().contains("before that, dt = 2 s is too long"), "{told}");
+}
+
+/// What friction does at the stages of a step enters the identity with the weights of the implicit method.
+#[test]
+fn the_dissipation_identity_holds_through_stiff_friction() {
+    let friction = Friction { viscous: [0.5, 0.2], coulomb: [1.0, 0.5], smoothing: [0.001; 2] };
+    let mut parameters = *common::plant().arm.parameters();
+    parameters.friction = friction;
+    let plant = Plant::new(TwoLink::new(parameters).unwrap(), common::plant().disturbance);
+    let controller = adaptive(Form::Concat, false, 70.0);
+    let residual = |dt| {
+        let options = Options { dt, duration: 5.0, ..Options::default() };
+        let mut state = fresh(&controller);
+        let path = common::reference();
+        let run = simulate(&plant, &controller, &mut state, &path, &options, on).unwrap();
+        run.certificate.unwrap().residual()
+    };
+    let [coarse, fine] = [residual(1e-3), residual(1.25e-4)];
+    assert!(coarse < 1e-5 && fine < coarse / 8.0, "{coarse:e} {fine:e}");
 }
