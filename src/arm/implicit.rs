@@ -17,7 +17,9 @@ const MOST_CUTS: usize = 6;
 /// A step overshoots if the slope along it ends higher than this share of how low it began.
 const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
-const PRECISION: f64 = 1e-9;
+const PRECISION: f64 = 1e-8;
+/// After a step that is smaller than this, relative to the same, Newton's method is within that precision: it squares it.
+const LAST_STEP: f64 = 1e-4;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
 /// Less than this share of the joint's inertia is no friction worth another factor.
@@ -49,6 +51,7 @@ impl<const N: usize> Implicit<'_, N> {
     /// V for the velocities `free` = W, from a first guess, and whether it was found.
     pub fn solve(&self, free: &Vector<N>, guess: &Vector<N>) -> (Vector<N>, bool) {
         let hold = core::array::from_fn(|i| self.laws[i].hold());
+        let smooth = hold.iter().all(Option::is_none);
         let sign = guess.map(|v| if v == 0.0 { 0.0 } else { v.signum() });
         let mut at = Trial { v: *guess, sign, torque: Vector::zeros(), slope: Vector::zeros() };
         self.evaluate(&mut at);
@@ -56,9 +59,12 @@ impl<const N: usize> Implicit<'_, N> {
             let push = self.mass * (at.v - free);
             let sticks: [bool; N] =
                 core::array::from_fn(|i| at.sign[i] == 0.0 && hold[i].is_some());
-            let rest = Vector::from_fn(|i, _| {
-                if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
-            });
+            let rest =
+                Vector::from_fn(
+                    |i, _| {
+                        if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
+                    },
+                );
             if self.is_small(&at, &rest) {
                 let Some((i, sign)) = self.breaks_away(&at, &push, &hold) else {
                     return (at.v, true);
@@ -68,6 +74,9 @@ impl<const N: usize> Implicit<'_, N> {
                 continue;
             }
             let step = self.newton(&at, &rest, &sticks);
+            if smooth && (0..N).all(|i| step[i].abs() <= LAST_STEP * self.speed(&at, i)) {
+                return (at.v + step, true);
+            }
             match first_to_rest(&at, &step, &hold) {
                 (_, None) => self.walk(&mut at, &push, &rest, &step),
                 (share, Some(i)) => {
@@ -111,17 +120,20 @@ impl<const N: usize> Implicit<'_, N> {
 
     fn is_small(&self, at: &Trial<N>, rest: &Vector<N>) -> bool {
         (0..N).all(|i| {
-            let smoothing = self.laws[i].friction.smoothing;
-            let speed = at.v[i].abs() + if smoothing > 0.0 { smoothing } else { SLOW };
             let steep = self.mass[(i, i)] + self.h * at.slope[i];
-            rest[i].abs() <= PRECISION * steep * speed
+            rest[i].abs() <= PRECISION * steep * self.speed(at, i)
         })
+    }
+
+    /// The speed that counts for the precision of a joint's velocity [rad/s].
+    fn speed(&self, at: &Trial<N>, i: usize) -> f64 {
+        let smoothing = self.laws[i].friction.smoothing;
+        at.v[i].abs() + if smoothing > 0.0 { smoothing } else { SLOW }
     }
 
     /// −(M + h D)⁻¹ rest, where joints that stick do not move.
     fn newton(&self, at: &Trial<N>, rest: &Vector<N>, sticks: &[bool; N]) -> Vector<N> {
-        let smooth =
-            |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
+        let smooth = |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
         if (0..N).all(smooth) {
             return -self.factor.solve(rest);
         }

@@ -153,8 +153,8 @@ mod tests {
     use pulp::Scalar;
 
     use super::*;
-    use crate::math::Vector;
     use crate::arm::{Inertia, JointKind, Link, Pose, SerialParameters};
+    use crate::math::Vector;
 
     /// Joints of both kinds, each along another axis, whose links are far from symmetric.
     fn chain<const N: usize>() -> Chain<N> {
