@@ -181,7 +181,8 @@ def _check_values(name: str, array: Array) -> None:
     """Refuse numbers that no simulation records."""
     if not np.isfinite(array).all():
         at = ", ".join(map(str, np.argwhere(~np.isfinite(array))[0]))
-        raise ValueError(f"{name}[{at}]: wants a finite number")
+        got = array[tuple(np.argwhere(~np.isfinite(array))[0])]
+        raise ValueError(f"{name}[{at}]: got {got}, wants a finite number")
     if name == "t" and not (np.diff(array) > 0).all():
         at = int(np.argmin(np.diff(array) > 0)) + 1
         raise ValueError(f"t[{at}]: got {array[at]} after {array[at - 1]}, wants times that rise")

@@ -20,7 +20,7 @@ from ._options import (
     picture,
     record,
 )
-from ._streams import say
+from ._streams import say, tell
 from .run import Run
 
 if TYPE_CHECKING:
@@ -191,6 +191,8 @@ def _simulate(arguments: argparse.Namespace) -> int:
     except (ValueError, TypeError) as error:
         raise Refused(error) from error
     say(_report(run, arguments))
+    if not len(run.t):
+        return tell("nothing was recorded, and nothing is written", FAILED)
     _write(run, {"picture": arguments.plot, "record": arguments.save})
     return {"finished": 0, "diverged": FAILED, "interrupted": STOPPED}[run.status.kind]
 
@@ -230,6 +232,8 @@ def _report(run: Run, arguments: argparse.Namespace) -> str:
     lines = [f"scene       {_scene(arguments)}", f"status      {run.status}"]
     if run.status.kind == "diverged":
         lines += [f"            {_why(arguments)}"]
+    if not len(run.t):
+        return "\n".join(lines)
     end = float(run.t[-1])
     late, whole = run.metrics((end / 2, end)), run.metrics()
     joints = "".join(f"{f'joint {joint + 1}':>13}" for joint in range(run.joints))
