@@ -180,12 +180,12 @@ def _check_shapes(headers: Mapping[str, tuple[np.dtype[Any], tuple[int, ...]]]) 
 def _check_values(name: str, array: Array) -> None:
     """Refuse numbers that no simulation records."""
     if not np.isfinite(array).all():
-        at = ", ".join(map(str, np.argwhere(~np.isfinite(array))[0]))
-        got = array[tuple(np.argwhere(~np.isfinite(array))[0])]
-        raise ValueError(f"{name}[{at}]: got {got}, wants a finite number")
-    if name == "t" and not (np.diff(array) > 0).all():
-        at = int(np.argmin(np.diff(array) > 0)) + 1
-        raise ValueError(f"t[{at}]: got {array[at]} after {array[at - 1]}, wants times that rise")
+        place = tuple(np.argwhere(~np.isfinite(array))[0])
+        index = ", ".join(map(str, place))
+        raise ValueError(f"{name}[{index}]: got {array[place]}, wants a finite number")
+    if name == "t" and not (rises := np.diff(array) > 0).all():
+        k = int(np.argmin(rises)) + 1
+        raise ValueError(f"t[{k}]: got {array[k]} after {array[k - 1]}, wants times that rise")
 
 
 def _meta(archive: ZipFile, member: ZipInfo) -> dict[str, Any]:

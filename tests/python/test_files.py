@@ -12,7 +12,6 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-import numpy as np
 import pytest
 import steadyarm as sa
 from scenes import drive, run, samples, tracker
@@ -395,10 +394,3 @@ def test_figure_without_an_ending_is_a_png_as_in_matplotlib(tmp_path: Path) -> N
     with pytest.raises(ValueError, match="bmp"):
         figure.savefig(tmp_path / "run.bmp")
     assert len(os.listdir(tmp_path)) == 3
-
-
-def test_saved_arrays_come_back_after_a_save_over_a_longer_file(tmp_path: Path) -> None:
-    path = tmp_path / "run.npz"
-    run(tracker(), duration=0.5).save(path)
-    RECORD.save(path)
-    assert np.array_equal(sa.Run.load(path).q, RECORD.q)
