@@ -11,14 +11,14 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, get_args, get_type_hints
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _files
-from .run import KINDS, TORQUES, Certificate, Run, Status
+from .run import TORQUES, Certificate, Run, Status
 
 Array = NDArray[np.float64]
 
@@ -31,6 +31,9 @@ ARRAYS = tuple(
     field.name for field in fields(Run) if field.name not in ("status", "certificate", "dictionary")
 )
 """Arrays of one column, arrays that a run need not have, and all arrays."""
+
+KINDS = get_args(get_type_hints(Status)["kind"])
+"""Why a run may have ended."""
 
 META_BYTES = 1 << 20
 """The JSON is smaller [bytes]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,15 +24,11 @@ TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 """Arrays that a record of the motion alone has no rows of."""
 
 
-Kind = Literal["finished", "diverged", "interrupted"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-
-
 @dataclass(frozen=True)
 class Status:
     """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it did not finish."""
 
-    kind: Kind
+    kind: Literal["finished", "diverged", "interrupted"]
     t: float
     reason: str = ""
 
