@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import math
+import os
+import stat
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -87,8 +89,11 @@ def load(path: str | Path) -> Run:
 
 
 def _load(file: BinaryIO) -> Run:
+    status = os.fstat(file.fileno())
+    if not stat.S_ISREG(status.st_mode):
+        raise ValueError("it is a pipe or a device")  # which may never end
     with ZipFile(file) as archive:
-        members = _members(archive, file.seek(0, 2))
+        members = _members(archive, status.st_size)
         meta = _meta(archive, members.pop("meta"))
         if sorted(members) != meta["arrays"]:
             raise ValueError(f"arrays: got {sorted(members)}, wants {meta['arrays']}")

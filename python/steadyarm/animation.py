@@ -174,7 +174,8 @@ def _shooting(writer: AbstractMovieWriter, picture: Picture, part: Path) -> Iter
             writer.finish()
     except CalledProcessError as error:
         said = (error.stderr or "").strip().splitlines()
-        raise OSError(errno.EIO, "ffmpeg: " + (said[-1] if said else str(error))) from error
+        why = said[-1] if said else f"ended with exit code {error.returncode}"
+        raise OSError(errno.EIO, f"ffmpeg: {why}") from error
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:

@@ -200,8 +200,8 @@ def test_ffmpeg_makes_the_film_beside_the_old_one(
     [
         ('head -c 9 > "$last"; echo "av: No space left on device" >&2; exit 1', "No space left"),
         ('cat > "$last"; echo "could not close" >&2; exit 1', "could not close"),
-        ("exit 3", "exit status 3"),
-        ('cat > "$last"; kill -9 $$', "SIGKILL"),
+        ("exit 3", "exit code 3"),
+        ('cat > "$last"; kill -9 $$', "exit code -9"),
     ],
 )
 def test_ffmpeg_that_fails_keeps_the_old_film(

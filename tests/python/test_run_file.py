@@ -15,6 +15,12 @@ import steadyarm as sa
 from run_files import RECORD, ROWS, headed, members, npy, pack, refused
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /dev/zero")
+@pytest.mark.parametrize("name", ["/dev/zero", "/dev/null", "/dev/full"])
+def test_device_is_refused(name: str) -> None:
+    refused(Path(name), "it is a pipe or a device")
+
+
 def test_members_as_they_are_make_the_run(tmp_path: Path) -> None:
     """What the tests below break is whole before, packed or not."""
     path = tmp_path / "run.npz"
