@@ -22,12 +22,13 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs links, modes a
 Save = Callable[[Path], object]
 
 RECORD = run(tracker(), duration=0.01)
+FIGURE = RECORD.plot()
 
 SAVERS: dict[str, tuple[str, Save]] = {
     "record": ("run.npz", RECORD.save),
     "state": ("state", tracker().save),
-    "picture": ("run.png", lambda path: RECORD.plot().savefig(path)),
-    "vector picture": ("run.pdf", lambda path: RECORD.plot().savefig(path)),
+    "picture": ("run.png", lambda path: FIGURE.savefig(path, dpi=30)),
+    "vector picture": ("run.pdf", lambda path: FIGURE.savefig(path, dpi=30)),
     "film": ("run.gif", lambda path: RECORD.animate(sa.paper.nominal(), path)),
     "text": ("run.json", lambda path: _files.text(path, "{}")),
 }
