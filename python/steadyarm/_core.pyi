@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "MAX_RECORD_BYTES",
     "ComputedTorque",
     "FuzzyApproximator",
     "FuzzyBasis",
@@ -35,6 +36,9 @@ __all__ = [
     "metrics",
     "simulate",
 ]
+
+MAX_RECORD_BYTES: int
+"""`simulate` refuses a larger record [bytes]."""
 
 _Array = NDArray[np.float64]
 _Triple = tuple[_Array, _Array, _Array]
@@ -591,7 +595,8 @@ class ComputedTorque:
     def save(self, path: str | PathLike[str]) -> None:
         """Write what the controller remembers (weights, last torque, steps) to a file.
 
-        The file is replaced as a whole. Raises OSError if that fails; what was there stays then.
+        The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
+        fails; what was there stays then. Other threads may use the controller meanwhile.
         """
     def load(self, path: str | PathLike[str]) -> None:
         """Read what `save` wrote; the next torques are then the same to the bit.
