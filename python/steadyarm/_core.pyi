@@ -114,7 +114,8 @@ class TwoLink:
     gravity: g [m/s²], downwards; 0 by default, an arm that lies flat as the paper's.
     viscous: viscous friction of each joint [N·m·s/rad], >= 0; 0 by default.
     coulomb: Coulomb friction [N·m], >= 0; 0 by default.
-    smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], > 0; 0.01 by default.
+    smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], ≥ 0; 0.01 by
+        default, 0 for dry friction that sticks.
 
     Raises
     ------

@@ -194,7 +194,7 @@ def _simulate(arguments: argparse.Namespace) -> int:
     if not len(run.t):
         return tell("nothing was recorded, and nothing is written", FAILED)
     _write(run, {"picture": arguments.plot, "record": arguments.save})
-    return {"finished": 0, "diverged": FAILED, "interrupted": STOPPED}[run.status.kind]
+    return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)
 
 
 def _write(run: Run, files: dict[str, Path | None]) -> None:
@@ -230,7 +230,7 @@ METRICS = {
 def _report(run: Run, arguments: argparse.Namespace) -> str:
     """What happened, in lines."""
     lines = [f"scene       {_scene(arguments)}", f"status      {run.status}"]
-    if run.status.kind == "diverged":
+    if run.status.kind == "diverged" and "dt = " not in run.status.reason:
         lines += [f"            {_why(arguments)}"]
     if not len(run.t):
         return "\n".join(lines)

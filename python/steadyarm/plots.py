@@ -258,6 +258,8 @@ def _frame(axes: Axes) -> None:
 
 def _late_rms(run: Run, joint: int) -> str:
     """RMS of the error over the second half; why there is none, if the run did not finish."""
+    if run.status.kind == "unresolved":
+        return run.status.kind
     if not run.status.finished:
         return f"{run.status.kind} at {run.status.t:.4g} s"
     late = run.e[run.t >= 0.5 * (run.t[0] + run.t[-1]), joint]

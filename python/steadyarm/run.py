@@ -26,20 +26,27 @@ TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 
 @dataclass(frozen=True)
 class Status:
-    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it did not finish."""
+    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it is not plainly finished.
 
-    kind: Literal["finished", "diverged", "interrupted"]
+    A run that is "unresolved" reached its duration in steps that were too long for the motion, for a
+    stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too long
+    for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
+    """
+
+    kind: Literal["finished", "unresolved", "diverged", "interrupted"]
     t: float
     reason: str = ""
 
     @property
     def finished(self) -> bool:
-        """Whether the run reached its duration."""
+        """Whether the run reached its duration, in steps that followed the motion."""
         return self.kind == "finished"
 
     def __str__(self) -> str:
         if self.finished:
             return "finished"
+        if self.kind == "unresolved":
+            return f"finished, but not resolved: {self.reason}"
         return f"{self.kind} at t = {self.t:.6g} s because {self.reason}"
 
 

@@ -91,7 +91,7 @@ impl JointFriction {
             return (viscous, self.viscous);
         }
         let (step, rise) = if self.smoothing > 0.0 {
-            let step = smooth_sign(dq / self.smoothing);
+            let step = nearly_tanh(dq / self.smoothing);
             (step, (1.0 - step * step) / self.smoothing)
         } else {
             (sign, 0.0)
@@ -163,6 +163,12 @@ impl JointFriction {
 #[inline]
 fn smooth_sign(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { tanh(x) }
+}
+
+/// tanh x to 2e-16, in half the time: good where the error counts beside 1, as in a torque, and not beside x.
+#[inline]
+fn nearly_tanh(x: f64) -> f64 {
+    if x.abs() > 22.0 { x.signum() } else { 1.0 - 2.0 / (exp(2.0 * x) + 1.0) }
 }
 
 /// The same refusal, with the joint as its place.

@@ -39,10 +39,11 @@ pub(crate) struct Implicit<'a, const N: usize> {
     pub place: &'a Vector<N>,
 }
 
-/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), g and its slope.
+/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), M (V − W), g and its slope.
 struct Trial<const N: usize> {
     v: Vector<N>,
     sign: Vector<N>,
+    push: Vector<N>,
     torque: Vector<N>,
     slope: Vector<N>,
 }
@@ -53,20 +54,21 @@ impl<const N: usize> Implicit<'_, N> {
         let hold = core::array::from_fn(|i| self.laws[i].hold());
         let smooth = hold.iter().all(Option::is_none);
         let sign = guess.map(|v| if v == 0.0 { 0.0 } else { v.signum() });
-        let mut at = Trial { v: *guess, sign, torque: Vector::zeros(), slope: Vector::zeros() };
+        let push = self.mass * (guess - free);
+        let (torque, slope) = (Vector::zeros(), Vector::zeros());
+        let mut at = Trial { v: *guess, sign, push, torque, slope };
         self.evaluate(&mut at);
         for _ in 0..MOST_STEPS {
-            let push = self.mass * (at.v - free);
             let sticks: [bool; N] =
                 core::array::from_fn(|i| at.sign[i] == 0.0 && hold[i].is_some());
             let rest =
                 Vector::from_fn(
                     |i, _| {
-                        if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
+                        if sticks[i] { 0.0 } else { at.push[i] + self.h * at.torque[i] }
                     },
                 );
             if self.is_small(&at, &rest) {
-                let Some((i, sign)) = self.breaks_away(&at, &push, &hold) else {
+                let Some((i, sign)) = self.breaks_away(&at, &hold) else {
                     return (at.v, true);
                 };
                 at.sign[i] = sign;
@@ -78,9 +80,10 @@ impl<const N: usize> Implicit<'_, N> {
                 return (at.v + step, true);
             }
             match first_to_rest(&at, &step, &hold) {
-                (_, None) => self.walk(&mut at, &push, &rest, &step),
+                (_, None) => self.walk(&mut at, &rest, &step),
                 (share, Some(i)) => {
                     at.v += step * share;
+                    at.push += self.mass * step * share;
                     (at.v[i], at.sign[i]) = (0.0, 0.0);
                     self.evaluate(&mut at);
                 }
@@ -99,16 +102,11 @@ impl<const N: usize> Implicit<'_, N> {
     }
 
     /// The joint whose λ is furthest beyond what holds it, relative to that, and the direction in which it breaks away.
-    fn breaks_away(
-        &self,
-        at: &Trial<N>,
-        push: &Vector<N>,
-        hold: &[Option<[f64; 2]>; N],
-    ) -> Option<(usize, f64)> {
+    fn breaks_away(&self, at: &Trial<N>, hold: &[Option<[f64; 2]>; N]) -> Option<(usize, f64)> {
         let (mut furthest, mut found) = (ABOVE_ROUNDING, None);
         for i in 0..N {
             let Some([up, down]) = hold[i].filter(|_| at.sign[i] == 0.0) else { continue };
-            let lambda = -push[i] / self.h;
+            let lambda = -at.push[i] / self.h;
             let (sign, beyond) =
                 if lambda > 0.0 { (1.0, lambda / up) } else { (-1.0, -lambda / down) };
             if beyond > furthest {
@@ -152,19 +150,18 @@ impl<const N: usize> Implicit<'_, N> {
 
     /// Goes along `step`, less far if that overshoots the minimum.
     #[inline]
-    fn walk(&self, at: &mut Trial<N>, push: &Vector<N>, rest: &Vector<N>, step: &Vector<N>) {
-        let (from, before, more) = (at.v, step.dot(rest), self.mass * step);
+    fn walk(&self, at: &mut Trial<N>, rest: &Vector<N>, step: &Vector<N>) {
+        let (from, push) = (at.v, at.push);
+        let (before, more) = (step.dot(rest), self.mass * step);
         let mut share = 1.0;
-        at.v += step;
-        self.evaluate(at);
-        for _ in 0..MOST_CUTS {
-            let slope = step.dot(&(push + more * share + at.torque * self.h));
-            if slope <= OVERSHOOT * before.abs() {
+        for cut in 0..=MOST_CUTS {
+            (at.v, at.push) = (from + step * share, push + more * share);
+            self.evaluate(at);
+            let slope = step.dot(&(at.push + at.torque * self.h));
+            if cut == MOST_CUTS || slope <= OVERSHOOT * before.abs() {
                 break;
             }
             share *= before / (before - slope);
-            at.v = from + step * share;
-            self.evaluate(at);
         }
     }
 }

@@ -130,7 +130,7 @@ EACH_VECTOR = [
     for call, names, wanted in VECTORS
     for name in names
 ]
-POSITIVE = {"mass", "length", "inertia", "smoothing", "gain", "kp", "kv"}
+POSITIVE = {"mass", "length", "inertia", "gain", "kp", "kv"}
 LIMITS = {"effort_limit", "effort_rate_limit"}
 
 SCALARS = [
