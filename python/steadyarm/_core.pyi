@@ -529,7 +529,10 @@ class ComputedTorque:
         TypeError naming what does not fit; nothing has changed then, bit for bit.
         """
     def reset(self) -> None:
-        """Forget the weights, the last torque and the count of steps."""
+        """Forget everything: weights, prior, last torque, count of steps.
+
+        The tracker is then as a new one, to the bit, and not frozen.
+        """
     @property
     def tau_model(self) -> _Array | None:
         """M₀v + H₀ of the latest step [N·m], (n,); None before it."""
@@ -564,7 +567,7 @@ class ComputedTorque:
     def weights(self) -> _Array | None:
         """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
-        Assign to set it: adaptation goes on from there. Raises ValueError for a wrong shape or
+        Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for a wrong shape or
         entries that are not finite or beyond 1e150, TypeError without a compensator. With a
         ``dictionary`` there is no such matrix: reading and setting raise TypeError.
         """

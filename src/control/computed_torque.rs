@@ -110,6 +110,16 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
         Ok(self)
     }
 
+    /// Forgets everything: the state is then as a new one, to the bit.
+    pub fn reset<S>(&self, state: &mut State<N, S>)
+    where
+        C: Compensator<N, S>,
+    {
+        let State { compensator, last_tau, steps } = state;
+        self.compensator.reset(compensator);
+        (*last_tau, *steps) = (None, 0);
+    }
+
     /// One sample of the controller: the torque for this instant, and the adaptation over the period `dt` [s] that
     /// it will be held for. Allocates nothing and cannot panic.
     ///

@@ -101,7 +101,7 @@ pub trait Compensator<const N: usize, S> {
         false
     }
 
-    /// Forgets everything.
+    /// Forgets everything: the state is then as a new one, to the bit, and adapts.
     fn reset(&self, state: &mut S);
 
     /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a proof.

@@ -3,7 +3,9 @@
 use core::ops::ControlFlow;
 use std::time::{Duration, Instant};
 
+use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
+use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -91,6 +93,13 @@ impl PyPlant {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
         (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
+    }
+
+    // Nothing here can be set anew, so a cycle can be broken elsewhere: no `__clear__`.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        let Self { planted, arguments } = self;
+        planted.callback().map_or(Ok(()), |callback| callback.traverse(visit))?;
+        visit.call(arguments)
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
@@ -242,9 +251,10 @@ pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
         sim::simulate(plant, controller, state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
-    let callbacks = [reference.callback(), plant.disturbance.callback()];
-    let raised =
-        monitor.raised.or_else(|| callbacks.into_iter().flatten().find_map(Callback::raised));
+    // All are asked: the plant outlives the run, and what its callable raised must not end the next one.
+    let [of_reference, of_disturbance] =
+        [reference.callback(), plant.callback()].map(|it| it.and_then(Callback::raised));
+    let raised = monitor.raised.or(of_reference).or(of_disturbance);
     let raised = match raised {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };

@@ -3,7 +3,9 @@
 use core::any::Any as Type;
 use std::sync::Mutex;
 
+use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
 use super::convert::{Array1, Array2, array1, numbers, owned2, type_name, vector};
@@ -92,7 +94,12 @@ impl Callback {
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
     }
 
-    /// What the function raised, if it did.
+    /// Shows the function to the garbage collector.
+    pub fn traverse(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.function)
+    }
+
+    /// What the function raised, if it did; it is forgotten here.
     pub fn raised(&self) -> Option<PyErr> {
         self.raised.lock().ok()?.take()
     }

@@ -202,9 +202,7 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn reset(&mut self) {
-        self.controller.compensator.reset(&mut self.state.compensator);
-        self.state.last_tau = None;
-        self.state.steps = 0;
+        self.controller.reset(&mut self.state);
         self.latest = None;
     }
 
