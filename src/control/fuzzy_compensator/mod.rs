@@ -211,7 +211,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         {
             self.basis.pack(row, padded);
             if matrix == 0 {
-                *norm = norm_squared(padded, self.basis.dyads());
+                *norm = norm_squared(padded);
             }
         }
     }

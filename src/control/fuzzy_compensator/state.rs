@@ -10,7 +10,7 @@ pub struct FuzzyState<const N: usize, B: Buffer> {
     /// W − W₀, W₀ if there is one, the evaluated basis of every stage, scratch.
     pub(super) memory: Memory<B>,
     /// Squared norms |Dₙ|² of the rows of W − W₀.
-    pub(super) norms: Vector<N>,
+    pub(in crate::control) norms: Vector<N>,
     /// Whether W₀ is not zero.
     pub(in crate::control) prior: bool,
     pub(in crate::control) frozen: bool,
