@@ -94,6 +94,20 @@ impl PyFuzzyBasis {
         }
     }
 
+    /// Refuses lists of centers that are for another joint count than `of` is.
+    pub fn agree(&self, joints: usize, of: &str) -> PyResult<()> {
+        match self.joints {
+            Some(own) if !self.shared_axis && own != joints => {
+                let (got, wanted) = (self.centers.len(), self.inputs.len(joints));
+                Err(PyValueError::new_err(format!(
+                    "centers: got {got} lists, one for each input of {own} joints, wants one list, or {wanted} for the \
+                     {joints} joints of {of}"
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The sets of so many inputs.
     fn axes(&self, inputs: usize) -> PyResult<Vec<Axis<'_>>> {
         if !self.shared_axis && self.centers.len() != inputs {

@@ -199,8 +199,9 @@ impl PyFuzzyCompensator {
     ) -> PyResult<Self> {
         let basis = basis_of(basis)?;
         let gain = PerJoint::or(gain, 1.0, "gain")?;
+        gain.len().map_or(Ok(()), |joints| basis.agree(joints, "gain"))?;
         let joints = common_joints(basis.joints, [("gain", gain.len())])?;
-        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, joints))?;
+        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
         let joints = joints.or(q.len().map(|entries| entries / 2));
         let law = Law {
             leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
@@ -328,12 +329,15 @@ fn kernel_parameters(
 }
 
 /// Q from a scalar, its diagonal (2n,), or a diagonal matrix (2n, 2n).
-fn diagonal(value: Any<'_, '_>, joints: Option<usize>) -> PyResult<PerJoint> {
+fn diagonal(value: Any<'_, '_>, basis: &PyFuzzyBasis, joints: Option<usize>) -> PyResult<PerJoint> {
     let list = numbers(value, "q")?;
-    let fits = |size: usize| match joints {
-        Some(joints) => size == 2 * joints,
-        None => size.is_multiple_of(2) && (1..=MAX_JOINTS).contains(&(size / 2)),
-    };
+    let possible = |size: usize| size.is_multiple_of(2) && (1..=MAX_JOINTS).contains(&(size / 2));
+    let fits = |size: usize| joints.map_or(possible(size), |joints| size == 2 * joints);
+    if let Some(&size) = list.shape.first()
+        && possible(size)
+    {
+        basis.agree(size / 2, "q")?;
+    }
     match list.shape[..] {
         [] => Ok(PerJoint::All(list.values[0])),
         [size] if fits(size) => Ok(PerJoint::Each(list.values)),

@@ -130,6 +130,7 @@ pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult
         return boxed(arm, gains, limits, NoCompensation, ());
     };
     let fuzzy = compensator_of(compensator)?;
+    fuzzy.basis.agree(N, "the arm")?;
     if let Some(joints) = fuzzy.joints {
         same_joints("compensator", joints, N)?;
     }
