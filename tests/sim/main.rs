@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod carry;
+mod circle;
 #[path = "../common/mod.rs"]
 mod common;
 mod endings;
