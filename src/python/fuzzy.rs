@@ -20,7 +20,7 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
     basis: PyFuzzyBasis,
-    approximator: FuzzyApproximator,
+    approximator: Box<FuzzyApproximator>,
 }
 
 #[pymethods]
@@ -48,7 +48,7 @@ impl PyFuzzyApproximator {
         let rules = basis.over(inputs)?;
         let approximator =
             FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
-        Ok(Self { basis, approximator })
+        Ok(Self { basis, approximator: Box::new(approximator) })
     }
 
     /// y(x) = W ξ(x) over this many inputs with known weights (outputs, rules).
@@ -62,7 +62,7 @@ impl PyFuzzyApproximator {
             return Err(wrong_shape("weights", &[outputs, columns], &wanted));
         }
         let approximator = FuzzyApproximator::from_weights(rules, weights).map_err(value_error)?;
-        Ok(Self { basis, approximator })
+        Ok(Self { basis, approximator: Box::new(approximator) })
     }
 
     /// W, (outputs, rules).
@@ -199,7 +199,9 @@ impl PyFuzzyCompensator {
     ) -> PyResult<Self> {
         let basis = basis_of(basis)?;
         let gain = PerJoint::or(gain, 1.0, "gain")?;
-        gain.len().map_or(Ok(()), |joints| basis.agree(joints, "gain"))?;
+        if let Some(message) = gain.len().and_then(|joints| basis.other_joints(joints, "gain")) {
+            return Err(PyValueError::new_err(message));
+        }
         let joints = common_joints(basis.joints, [("gain", gain.len())])?;
         let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
         let joints = joints.or(q.len().map(|entries| entries / 2));
@@ -335,8 +337,9 @@ fn diagonal(value: Any<'_, '_>, basis: &PyFuzzyBasis, joints: Option<usize>) -> 
     let fits = |size: usize| joints.map_or(possible(size), |joints| size == 2 * joints);
     if let Some(&size) = list.shape.first()
         && possible(size)
+        && let Some(message) = basis.other_joints(size / 2, "q")
     {
-        basis.agree(size / 2, "q")?;
+        return Err(PyValueError::new_err(message));
     }
     match list.shape[..] {
         [] => Ok(PerJoint::All(list.values[0])),

@@ -34,6 +34,23 @@ pyo3::create_exception!(
     "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
 );
 
+/// Where Python puts objects, it aligns them to this [bytes]. What wants more, as the tables of a basis do, is in a box.
+const ALIGNMENT: usize = 16;
+
+const _: () = {
+    assert!(align_of::<arm::PyTwoLink>() <= ALIGNMENT);
+    assert!(align_of::<basis::PyFuzzyBasis>() <= ALIGNMENT);
+    assert!(align_of::<fuzzy::PyFuzzyApproximator>() <= ALIGNMENT);
+    assert!(align_of::<fuzzy::PyFuzzyCompensator>() <= ALIGNMENT);
+    assert!(align_of::<riccati::PySolution>() <= ALIGNMENT);
+    assert!(align_of::<serial::PySerial>() <= ALIGNMENT);
+    assert!(align_of::<signals::PySines>() <= ALIGNMENT);
+    assert!(align_of::<signals::PyQuintic>() <= ALIGNMENT);
+    assert!(align_of::<signals::PyTable>() <= ALIGNMENT);
+    assert!(align_of::<simulate::PyPlant>() <= ALIGNMENT);
+    assert!(align_of::<tracker::PyComputedTorque>() <= ALIGNMENT);
+};
+
 /// The core's error as a Python exception.
 fn value_error(error: Error) -> PyErr {
     let Error::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error else {

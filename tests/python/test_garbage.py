@@ -11,6 +11,7 @@ import weakref
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 import steadyarm as sa
 from scenes import ZERO, actual, basis, nominal, tracker
@@ -117,15 +118,16 @@ def test_a_cycle_is_collected(make: Callable[[Rig], Any]) -> None:
 
 def test_every_class_that_holds_a_python_object_is_tracked() -> None:
     """The others hold numbers alone, and no cycle can lead through them."""
-    axis = sa.FuzzyBasis.from_axes([{"centers": [0.0, 1.0], "width": 1.0}] * 2)
+    x = np.zeros((5, 4))
     numbers = [
         nominal(),
-        sa.Serial.ur5e(),
-        sa.Sines(1.0, 1.0),
+        sa.Serial.shipped("ur5e"),
+        sa.Sines((1.0,)),
         sa.Quintic([0, 0], [1, 1], 1.0),
+        sa.Table([0, 1], np.zeros((2, 2))),
         basis(),
-        axis,
         sa.FuzzyCompensator(basis()),
+        sa.FuzzyApproximator.fit(basis("shared"), x, x),
         sa.care([[0.0]], [[1.0]], [[1.0]], [[1.0]]),
     ]
     for held in numbers:

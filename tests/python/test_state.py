@@ -247,4 +247,4 @@ def test_an_error_of_one_run_does_not_end_the_next(method: str, period: float | 
         sa.simulate(plant, tracker("shared"), raising("reference"), **options)
     broken[0] = False
     record = sa.simulate(plant, tracker("shared"), sa.paper.reference(), **options)
-    assert record.status == "finished"
+    assert record.status.finished
