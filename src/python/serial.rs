@@ -210,8 +210,7 @@ impl PySerial {
         self.description.joints.iter().map(|joint| joint.link_name.as_str()).collect()
     }
 
-    /// How the joints move, from the base on: "revolute", "continuous" or "prismatic". The tracking error of a continuous
-    /// joint is taken around the circle.
+    /// How the joints move: "revolute", "continuous" (its error is taken around the circle) or "prismatic".
     #[getter]
     fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.arm.links().iter().map(|link| link.kind.name()))

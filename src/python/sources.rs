@@ -97,7 +97,8 @@ impl Callback {
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
     }
 
-    /// Shows the function to the garbage collector.
+    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of a cycle can, and a class
+    /// that holds this needs no `__clear__`.
     pub fn traverse(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.function)
     }
