@@ -579,9 +579,10 @@ class ComputedTorque:
     def weights(self) -> _Array | None:
         """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
-        Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for a wrong shape or
-        entries that are not finite or beyond 1e150, TypeError without a compensator. With a
-        ``dictionary`` there is no such matrix: reading and setting raise TypeError.
+        Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for
+        a wrong shape or entries that are not finite or beyond 1e150, TypeError without a
+        compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
+        TypeError.
         """
     @weights.setter
     def weights(self, weights: ArrayLike) -> None: ...

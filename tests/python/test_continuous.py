@@ -107,12 +107,12 @@ def test_a_continuous_joint_has_no_ends() -> None:
 
 @pytest.mark.parametrize("turns", [1, -1, 2])
 def test_a_jump_of_an_encoder_changes_no_bit_of_the_torque(turns: int) -> None:
-    """Multiples of 2⁻⁴⁰ take a few turns without rounding; no entry of M and H has the column's q."""
+    """Multiples of 2⁻⁴⁰ take turns without rounding; no entry of M and H has the column's q."""
     one, other = tracker(endless()), tracker(endless())
     random = np.random.default_rng(0)
     for k in range(100):
         q, q_d, dq = np.round(random.uniform(-1, 1, (3, 2)) * 2.0**40) / 2.0**40
-        seen = q + [turns * TAU, 0] if k > 20 else q
+        seen = q + np.array([turns * TAU, 0]) if k > 20 else q
         taus = [
             each.step(at, dq, q_d, 0 * q_d, 0 * q_d, 1e-3) for each, at in ((one, q), (other, seen))
         ]
@@ -160,9 +160,7 @@ def test_every_loop_and_record_has_the_error_around_the_circle(
     assert np.abs(runs[1].e).max() < 0.8
     assert runs[1].q[-1, 0] > 15
     # The record of the motion works e out by the same rule, and so does its metrics.
-    motion = sa.simulate(
-        plant, tracker(endless()), turning(True), record="motion", **settings
-    )
+    motion = sa.simulate(plant, tracker(endless()), turning(True), record="motion", **settings)
     if options.get("method") != "dp54":
         assert motion.e.tobytes() == runs[1].e.tobytes()
     assert np.abs(motion.e).max() < 0.8

@@ -23,9 +23,7 @@ def test_a_masked_vector_is_refused(call: Any, name: str, wanted: str) -> None:
     message = rf"{name}: got a masked array with 1 of 2 entries masked, wants a number in each"
     refused(ValueError, message, lambda: call(**{name: masked(2)}))
     refused(ValueError, f"{name}: got a masked array", lambda: call(**{name: masked(4)[1::2]}))
-    refused(
-        ValueError, f"{name}: got a masked array", lambda: call(**{name: [1.0, np.ma.masked]})
-    )
+    refused(ValueError, f"{name}: got a masked array", lambda: call(**{name: [1.0, np.ma.masked]}))
 
 
 @pytest.mark.parametrize(("call", "name"), EACH_SCALAR)
@@ -104,4 +102,6 @@ def test_a_wrong_number_of_centers_is_told_as_one() -> None:
         lambda: sa.ComputedTorque(arm, 8, 5.5, sa.FuzzyCompensator(lists(6))),
     )
     sa.ComputedTorque(arm, 8, 5.5, sa.FuzzyCompensator(lists(12), q=np.ones(12), gain=np.ones(6)))
-    refused(ValueError, r"q: got shape \(3,\), wants", lambda: sa.FuzzyCompensator(lists(6), q=[1] * 3))
+    refused(
+        ValueError, r"q: got shape \(3,\), wants", lambda: sa.FuzzyCompensator(lists(6), q=[1] * 3)
+    )

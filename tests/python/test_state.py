@@ -196,7 +196,7 @@ def test_an_old_prior_is_forgotten(
 
 @pytest.mark.parametrize("law", PULLS, ids=lambda law: "-".join(law) or "none")
 def test_a_run_after_a_reset_is_the_first_run(law: dict[str, float]) -> None:
-    """The issue of a prior in the runs: weights, torques, V."""
+    """Nothing of a prior is in its weights, its torques, or V."""
     controller = tracker("grid", **law)
     first = run(controller, duration=0.2)
     controller.warm_start(np.ones_like(controller.weights))
@@ -232,7 +232,7 @@ def raising(name: str) -> Any:
 @pytest.mark.parametrize("method", ["rk4", "dp54"])
 @pytest.mark.parametrize("period", [None, 0.01])
 def test_an_error_of_one_run_does_not_end_the_next(method: str, period: float | None) -> None:
-    """Both callables raise in the first run; the plant, which outlives it, must forget its share."""
+    """Both callables raise in the first run; the plant outlives it and must forget its share."""
     broken = [True]
 
     def disturbance(q: Any, dq: Any, t: float) -> Any:
