@@ -348,20 +348,19 @@ fn an_old_prior_leaves_nothing_in_the_estimate() {
         let (zeros, rest) =
             (vec![0.0; compensator.weights_len()], Setpoint::at_rest(Vector::zeros()));
         let new = compensator.save(&State::new(compensator.state()));
-        let ways: [fn(&common::Adaptive, &mut common::AdaptiveState, &[f64], &[u8]); 4] = [
-            |c, state, _, _| c.reset(state),
-            |c, state, _, _| c.compensator.reset(&mut state.compensator),
-            |c, state, zeros, _| c.compensator.load_weights(&mut state.compensator, zeros).unwrap(),
-            |c, state, _, new| c.compensator.restore(state, new).unwrap(),
-        ];
-        for (way, forget) in ways.iter().enumerate() {
+        for way in 0..4 {
             let mut state = State::new(compensator.state());
             compensator.warm_start(&mut state.compensator, &vec![1.0; zeros.len()]).unwrap();
             let at_rest = |state: &mut _| {
                 controller.step(state, &Vector::zeros(), &Vector::zeros(), &rest, 1e-3).unwrap().tau
             };
             assert!(at_rest(&mut state).amax() > 1.0);
-            forget(&controller, &mut state, &zeros, &new);
+            match way {
+                0 => controller.reset(&mut state),
+                1 => compensator.reset(&mut state.compensator),
+                2 => compensator.load_weights(&mut state.compensator, &zeros).unwrap(),
+                _ => compensator.restore(&mut state, &new).unwrap(),
+            }
             assert_eq!(at_rest(&mut state), Vector::<2>::zeros(), "{form:?} {way} {adaptation:?}");
         }
     }

@@ -164,7 +164,7 @@ fn a_reference_that_jumps_by_a_turn_is_the_one_that_goes_on() {
             tracked(Turning { wrapped: false }, &options),
             tracked(Turning { wrapped: true }, &options),
         );
-        assert_eq!((on.status.clone(), back.status.clone()), (Status::Finished, Status::Finished));
+        assert_eq!((on.status, back.status), (Status::Finished, Status::Finished));
         for k in 0..on.t.len() {
             for n in 0..2 {
                 assert!(back.e[k][n].abs() < 0.6, "{} s: {:?}", back.t[k], back.e[k]);
