@@ -34,6 +34,18 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
+/// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there. Exact for turns of the
+/// f64 next to 2π.
+#[inline]
+pub(crate) fn around(x: f64) -> f64 {
+    use core::f64::consts::{PI, TAU};
+    if (-PI..PI).contains(&x) {
+        return x;
+    }
+    let rest = libm::remainder(x, TAU);
+    if rest >= PI { rest - TAU } else { rest }
+}
+
 /// Hyperbolic tangent.
 #[inline]
 pub fn tanh(x: f64) -> f64 {
@@ -44,4 +56,34 @@ pub fn tanh(x: f64) -> f64 {
 #[inline]
 pub fn sqrt(x: f64) -> f64 {
     libm::sqrt(x)
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f64::consts::{PI, TAU};
+
+    use super::around;
+
+    #[test]
+    fn an_angle_is_brought_into_its_turn_and_not_touched_there() {
+        let below = f64::from_bits(PI.to_bits() - 1);
+        for x in [0.0, -0.0, 1e-320, 0.3, -3.0, below, -below, -PI] {
+            assert_eq!(around(x).to_bits(), x.to_bits());
+        }
+        // By IEEE 754's remainder, which is exact; the half turn goes to the lower end.
+        for (x, wanted) in
+            [(PI, -PI), (3.0 * PI, -PI), (-3.0 * PI, -PI), (TAU, 0.0), (4.0, 4.0 - TAU)]
+        {
+            assert_eq!(around(x), wanted, "{x}");
+        }
+        for turns in [-1024.0, -1.0, 1.0, 2.0, 1024.0] {
+            // 0.375 and 1024 · 2π have no more digits together than a number holds but for the last few.
+            let (x, rounding) = (0.375 + turns * TAU, 1e-15 * (1.0_f64 + f64::abs(turns)));
+            assert!((around(x) - 0.375).abs() <= rounding, "{turns}");
+        }
+        for x in [1e10, -1e10, 1e300, f64::MAX, -f64::MAX] {
+            assert!((-PI..PI).contains(&around(x)), "{x}");
+        }
+        assert!([f64::NAN, f64::INFINITY].iter().all(|x| around(*x).is_nan()));
+    }
 }

@@ -42,6 +42,7 @@ MAX_RECORD_BYTES: int
 
 _Array = NDArray[np.float64]
 _Triple = tuple[_Array, _Array, _Array]
+_JointKind = Literal["revolute", "continuous", "prismatic"]
 _Signal = Literal["e", "de", "q", "dq", "q_d", "dq_d", "ddq_d"]
 _Inputs = (
     Literal["error", "state", "reference", "trajectory"]
@@ -138,6 +139,9 @@ class TwoLink:
     def joints(self) -> int:
         """Number of joints, 2."""
     @property
+    def joint_kinds(self) -> tuple[_JointKind, _JointKind]:
+        """How the joints move: both are revolute."""
+    @property
     def parameters(
         self,
     ) -> tuple[list[float], list[float], list[float], float, list[float], list[float], list[float]]:
@@ -200,8 +204,7 @@ class Serial:
         theta_offset: ArrayLike = 0.0,
         *,
         convention: Literal["standard", "modified"] = "standard",
-        kind: Literal["revolute", "prismatic"]
-        | Sequence[Literal["revolute", "prismatic"]] = "revolute",
+        kind: _JointKind | Sequence[_JointKind] = "revolute",
         mass: ArrayLike = 0.0,
         com: ArrayLike = 0.0,
         inertia: ArrayLike = 0.0,
@@ -270,6 +273,13 @@ class Serial:
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints, from the base on."""
+    @property
+    def joint_kinds(self) -> tuple[_JointKind, ...]:
+        """How the joints move, from the base on.
+
+        A ``"continuous"`` joint turns without an end: positions a turn apart are one, and a
+        tracker whose nominal arm this is takes its error around the circle, -π <= e < π.
+        """
     @property
     def link_names(self) -> list[str]:
         """Names of the links that they move."""
@@ -343,7 +353,8 @@ class FuzzyBasis:
     normalized: fuzzy basis functions (4), or raw firing strengths.
     inputs: "error" (e, de), the paper's; "state" (q, dq); "reference" (q_d, dq_d); "trajectory"
         (q_d, dq_d, ddq_d); one signal, a list of signals, or a dict signal -> scale that
-        multiplies it.
+        multiplies it. ``e`` of a continuous joint lies in [-π, π); ``q`` and ``q_d`` are as they
+        are measured and given, turns included.
     joints: of the arm; by default those that the lists of ``centers`` are for, or any. A controller
         builds the rules for its own arm.
 
@@ -487,9 +498,10 @@ class FuzzyCompensator:
 class ComputedTorque:
     """Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
 
-    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. The object
-    remembers its weights, its last torque and the number of its steps; pickled or saved and
-    restored, its next torques are the same to the bit.
+    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``; e is taken
+    around the circle, -π <= e < π, where a joint of ``arm`` is continuous. The object remembers
+    its weights, its last torque and the number of its steps; pickled or saved and restored, its
+    next torques are the same to the bit.
 
     Parameters
     ----------
@@ -534,7 +546,10 @@ class ComputedTorque:
         TypeError naming what does not fit; nothing has changed then, bit for bit.
         """
     def reset(self) -> None:
-        """Forget the weights, the last torque and the count of steps."""
+        """Forget everything: weights, prior, last torque, count of steps.
+
+        The tracker is then as a new one, to the bit, and not frozen.
+        """
     @property
     def tau_model(self) -> _Array | None:
         """M₀v + H₀ of the latest step [N·m], (n,); None before it."""
@@ -569,9 +584,10 @@ class ComputedTorque:
     def weights(self) -> _Array | None:
         """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
-        Assign to set it: adaptation goes on from there. Raises ValueError for a wrong shape or
-        entries that are not finite or beyond 1e150, TypeError without a compensator. With a
-        ``dictionary`` there is no such matrix: reading and setting raise TypeError.
+        Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for
+        a wrong shape or entries that are not finite or beyond 1e150, TypeError without a
+        compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
+        TypeError.
         """
     @weights.setter
     def weights(self, weights: ArrayLike) -> None: ...
@@ -795,9 +811,13 @@ def simulate(
     """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
 
 def desired_motion(
-    reference: Sines | Quintic | Table | _ReferenceCallable, joints: int, t: ArrayLike
+    reference: Sines | Quintic | Table | _ReferenceCallable,
+    arm: TwoLink | Serial,
+    t: ArrayLike,
+    q: ArrayLike,
+    dq: ArrayLike,
 ) -> list[_Array]:
-    """Return [q_d, dq_d, ddq_d] at each of these times, (T, n) each."""
+    """Return [q_d, dq_d, ddq_d, e, de] at each of these times for a nominal arm, (T, n) each."""
 
 def design(
     tracker: ComputedTorque,

@@ -56,7 +56,8 @@ class Certificate:
 
     For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
     ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
-    RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong.
+    RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong, or
+    where the error of a continuous joint passes half a turn, at which V jumps.
     ``state_cost`` = ∫ x'Qx dt is then bounded by ``v_start + gamma² uncertainty``, where
     ``uncertainty`` = ∫ |ρ|² dt.
     """
@@ -69,9 +70,24 @@ class Certificate:
     uncertainty: float
 
 
-@dataclass(frozen=True)
+UNITS = {
+    "rms_e": "rad",
+    "max_abs_e": "rad",
+    "itae": "rad·s²",
+    "settling_time": "s",
+    "rms_tau": "N·m",
+    "max_abs_tau": "N·m",
+    "torque_variation": "N·m/s",
+}
+"""Units of the metrics; m and N instead of rad and N·m for a prismatic joint."""
+
+
+@dataclass(frozen=True, repr=False)
 class Metrics:
-    """How good a run was over a window, joint by joint; every array has shape (n,)."""
+    """How good a run was over a window, joint by joint; every array has shape (n,).
+
+    For a prismatic joint m and N stand for rad and N·m. Printed with its units.
+    """
 
     rms_e: Array
     """Root mean square of the error [rad]."""
@@ -88,13 +104,20 @@ class Metrics:
     torque_variation: Array
     """How much the torque moves, Σ|Δτ| per second [N·m/s]."""
 
+    def _recorded(self) -> list[str]:
+        return [name for name in UNITS if len(getattr(self, name))]
+
     def __str__(self) -> str:
         def row(name: str) -> str:
-            return f"{name:>17} " + " ".join(f"{value:12.6g}" for value in getattr(self, name))
+            values = " ".join(f"{value:12.6g}" for value in getattr(self, name))
+            return f"{name:>16} {f'[{UNITS[name]}]':9} {values}"
 
-        head = " " * 18 + " ".join(f"{f'joint {n + 1}':>12}" for n in range(len(self.rms_e)))
-        names = (f.name for f in fields(self) if len(getattr(self, f.name)))
-        return "\n".join([head, *map(row, names)])
+        head = " " * 27 + " ".join(f"{f'joint {n + 1}':>12}" for n in range(len(self.rms_e)))
+        return "\n".join([head, *map(row, self._recorded())])
+
+    def __repr__(self) -> str:
+        words = (f"{name}={getattr(self, name)} {UNITS[name]}" for name in self._recorded())
+        return f"Metrics({', '.join(words)})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +141,7 @@ class Run:
     ddq_d: Array
     """Desired acceleration [rad/s²]."""
     e: Array
-    """Tracking error q - q_d [rad]."""
+    """Tracking error q - q_d [rad]; in [-π, π) for a continuous joint."""
     de: Array
     """Its rate [rad/s]."""
     tau: Array
@@ -166,10 +189,9 @@ class Run:
             # reference stays, in case two threads ask at once.
             if name not in DESIRED or "_reference" not in vars(self):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            q_d, dq_d, ddq_d = _core.desired_motion(self._reference, self.joints, self.t)
-            desired = dict(
-                zip(DESIRED, (q_d, dq_d, ddq_d, self.q - q_d, self.dq - dq_d), strict=True)
-            )
+            (nominal, *_), _ = self._tracker
+            arrays = _core.desired_motion(self._reference, nominal, self.t, self.q, self.dq)
+            desired = dict(zip(DESIRED, arrays, strict=True))
             vars(self).update(desired)
             return desired[name]
 

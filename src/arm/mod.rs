@@ -87,6 +87,13 @@ pub trait Arm<const N: usize> {
         (mass, dq, self.coriolis(q, &dq) * dq + self.gravity(q))
     }
 
+    /// Which joints turn without an end: their tracking error is taken around the circle, in [−π, π), so that positions a
+    /// turn apart are one. None by default.
+    #[inline]
+    fn wraps(&self) -> [bool; N] {
+        [false; N]
+    }
+
     /// Bias torque H(q, q̇) = C q̇ + G + f [N·m].
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         self.coriolis(q, dq) * dq + self.gravity(q) + self.friction(dq)

@@ -110,6 +110,23 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
         Ok(self)
     }
 
+    /// What it sees: a measurement and a set-point, with e around the circle where a joint of the nominal arm turns without
+    /// an end.
+    #[inline]
+    pub fn sample(&self, q: &Vector<N>, dq: &Vector<N>, desired: &Setpoint<N>) -> Sample<N> {
+        Sample::wrapped(*q, *dq, *desired, &self.arm.wraps())
+    }
+
+    /// Forgets everything: the state is then as a new one, to the bit.
+    pub fn reset<S>(&self, state: &mut State<N, S>)
+    where
+        C: Compensator<N, S>,
+    {
+        let State { compensator, last_tau, steps } = state;
+        self.compensator.reset(compensator);
+        (*last_tau, *steps) = (None, 0);
+    }
+
     /// One sample of the controller: the torque for this instant, and the adaptation over the period `dt` [s] that
     /// it will be held for. Allocates nothing and cannot panic.
     ///
@@ -130,7 +147,7 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
     {
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
-        let sample = Sample::new(*q, *dq, *desired);
+        let sample = self.sample(q, dq, desired);
         let mut command = self.law(&mut state.compensator, &Stage::NOW, &sample);
         let wished = command.tau;
         if let Some(n) = wished.iter().position(|tau| !tau.is_finite()) {

@@ -6,11 +6,11 @@ use crate::error::{Error, Result, within};
 /// A signal of `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Tracking error e = q − q_d [rad].
+    /// Tracking error e = q − q_d [rad], in [−π, π) for a joint that turns without an end.
     E,
     /// ė [rad/s].
     De,
-    /// Measured position [rad].
+    /// Measured position [rad], as it was measured: a turn more is another input, of a continuous joint too.
     Q,
     /// Measured velocity [rad/s].
     Dq,

@@ -25,7 +25,7 @@ pub use memory::Buffer;
 pub use stages::MAX_STAGES;
 
 use crate::error::Result;
-use crate::math::Vector;
+use crate::math::{Vector, around};
 use crate::reference::Setpoint;
 
 /// What a controller sees at one instant.
@@ -37,17 +37,30 @@ pub struct Sample<const N: usize> {
     pub dq: Vector<N>,
     /// Where the arm should be.
     pub desired: Setpoint<N>,
-    /// Tracking error e = q − q_d [rad].
+    /// Tracking error e = q − q_d [rad], in [−π, π) for a joint that turns without an end.
     pub e: Vector<N>,
     /// ė = q̇ − q̇_d [rad/s].
     pub de: Vector<N>,
 }
 
 impl<const N: usize> Sample<N> {
-    /// Measurement and set-point, with their difference.
+    /// Measurement and set-point, with their difference, for an arm none of whose joints turns without an end.
     #[inline]
     pub fn new(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>) -> Self {
         Self { q, dq, desired, e: q - desired.q, de: dq - desired.dq }
+    }
+
+    /// As [`new`](Self::new), with the error of the joints that [`Arm::wraps`](crate::arm::Arm::wraps) names taken around
+    /// the circle: −π ≤ e < π. q and q_d stay as they are.
+    #[inline]
+    pub fn wrapped(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>, wraps: &[bool; N]) -> Self {
+        let mut sample = Self::new(q, dq, desired);
+        for n in 0..N {
+            if wraps[n] {
+                sample.e[n] = around(sample.e[n]);
+            }
+        }
+        sample
     }
 }
 
@@ -101,7 +114,7 @@ pub trait Compensator<const N: usize, S> {
         false
     }
 
-    /// Forgets everything.
+    /// Forgets everything: the state is then as a new one, to the bit, and adapts.
     fn reset(&self, state: &mut S);
 
     /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a proof.

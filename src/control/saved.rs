@@ -1,7 +1,7 @@
 //! A controller's memory as bytes: versioned, checksummed, and exact to the bit.
 //!
 //! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances · last torque · W − W₀ · W₀ ·
-//! FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
+//! |W − W₀|² of each joint · FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
 
 use super::{FuzzyCompensator, FuzzyState, State};
 use crate::error::{Error, Result};
@@ -13,6 +13,8 @@ const PRIOR: u64 = 2;
 const TORQUE: u64 = 4;
 /// A dictionary, with its sets instead of the rules.
 pub(super) const KERNEL: u64 = 8;
+/// The norms of the weights: added up in another order than a step's, their last bits would differ.
+const NORMS: u64 = 16;
 
 impl<const N: usize> State<N, ()> {
     /// The state of a controller without a compensator as bytes.
@@ -40,12 +42,14 @@ impl<const N: usize> FuzzyCompensator<N> {
     pub fn save(&self, state: &State<N, FuzzyState<N, Vec<f64>>>) -> Vec<u8> {
         let fuzzy = &state.compensator;
         let flags = if fuzzy.frozen { FROZEN } else { 0 } | if fuzzy.prior { PRIOR } else { 0 };
-        let mut bytes = header(state, self.basis().block_rules(), flags, fuzzy.advances);
+        let rules = self.basis().block_rules();
+        let mut bytes = header(state, rules, flags | NORMS, fuzzy.advances);
         for matrix in 0..if fuzzy.prior { 2 } else { 1 } {
             let mut weights = vec![0.0; self.weights_len()];
             self.read_matrix(fuzzy, matrix, &mut weights);
             weights.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         }
+        fuzzy.norms.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         sealed(bytes)
     }
 
@@ -64,8 +68,14 @@ impl<const N: usize> FuzzyCompensator<N> {
         let weights = reader.floats(self.weights_len())?;
         let has_prior = header.flags & PRIOR != 0;
         let prior = if has_prior { reader.floats(self.weights_len())? } else { Vec::new() };
+        // Files from before they had norms are read too.
+        let has_norms = header.flags & NORMS != 0;
+        let norms = if has_norms { reader.floats(N)? } else { Vec::new() };
         if !reader.rest.is_empty() || (has_prior && self.matrices() == 1) {
             return Err(OTHER);
+        }
+        if !norms.iter().all(|x| x.is_finite() && *x >= 0.0) {
+            return Err(Error::Damaged { problem: "its weights have no such norms" });
         }
         self.check_weights(&weights)?;
         if has_prior {
@@ -75,6 +85,9 @@ impl<const N: usize> FuzzyCompensator<N> {
         self.write(fuzzy, &weights, 0);
         if has_prior {
             self.write_matrix(fuzzy, &prior, 1);
+        }
+        if has_norms {
+            fuzzy.norms.copy_from_slice(&norms);
         }
         fuzzy.frozen = header.flags & FROZEN != 0;
         fuzzy.advances = header.advances;

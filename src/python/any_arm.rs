@@ -61,6 +61,14 @@ fn square<const N: usize>(x: &Matrix<2>) -> Matrix<N> {
 
 impl<const N: usize> Arm<N> for AnyArm<N> {
     #[inline]
+    fn wraps(&self) -> [bool; N] {
+        match self {
+            Self::TwoLink(_) => [false; N],
+            Self::Serial(arm) => arm.wraps(),
+        }
+    }
+
+    #[inline]
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
         match self {
             Self::TwoLink(arm) => square(&arm.mass_matrix(&two(q))),

@@ -4,7 +4,7 @@ use pyo3::prelude::*;
 
 use super::convert::{Array1, Array2, array1, finite_vector, joints, renamed, scalar_or, square};
 use super::value_error;
-use crate::arm::{Arm, Friction, TwoLink, TwoLinkParameters};
+use crate::arm::{Arm, Friction, JointKind, TwoLink, TwoLinkParameters};
 
 /// A planar arm of two links, in closed form (section 4 of the paper).
 ///
@@ -64,6 +64,13 @@ impl PyTwoLink {
     #[getter]
     fn joints(&self) -> usize {
         2
+    }
+
+    /// How the joints move: both are revolute.
+    #[getter]
+    fn joint_kinds(&self) -> (&'static str, &'static str) {
+        let kind = JointKind::Revolute.name();
+        (kind, kind)
     }
 
     /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.

@@ -94,6 +94,16 @@ impl PyFuzzyBasis {
         }
     }
 
+    /// What is wrong with the lists of centers, where they are for another joint count than `of` is.
+    pub fn other_joints(&self, joints: usize, of: &str) -> Option<String> {
+        let own = self.joints.filter(|own| !self.shared_axis && *own != joints)?;
+        let (got, wanted) = (self.centers.len(), self.inputs.len(joints));
+        Some(format!(
+            "centers: got {got} lists, one for each input of {own} joints, wants one list, or {wanted} for the {joints} \
+             joints of {of}"
+        ))
+    }
+
     /// The sets of so many inputs.
     fn axes(&self, inputs: usize) -> PyResult<Vec<Axis<'_>>> {
         if !self.shared_axis && self.centers.len() != inputs {

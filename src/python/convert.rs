@@ -2,15 +2,19 @@
 //! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
 
 use numpy::{
-    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArrayMethods,
+    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArray,
+    PyUntypedArrayMethods,
 };
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyFloat;
+use pyo3::types::{PyFloat, PyList, PyTuple};
 
 use super::value_error;
 use crate::error::{Error, finite};
 use crate::math::{Matrix, Vector};
+
+/// Lists in lists that numpy takes for an array, at the most.
+const MAX_DIMENSIONS: usize = 64;
 
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
@@ -30,6 +34,7 @@ pub(super) struct Numbers {
 /// Anything numpy takes for an array of real numbers.
 pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     let numpy = value.py().import("numpy")?;
+    refuse_masked(&numpy, value, name, MAX_DIMENSIONS)?;
     let array = numpy
         .call_method1("asarray", (value,))
         .map_err(|error| wrong_type(name, value, &format!("real numbers ({error})")))?;
@@ -50,10 +55,46 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
     Ok(Numbers { shape, values: flat.as_slice()?.to_vec() })
 }
 
+/// Refuses masked entries, which would count as the numbers that are hidden there: in a masked array, or a list of them.
+fn refuse_masked(
+    numpy: &Bound<'_, PyModule>,
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    depth: usize,
+) -> PyResult<()> {
+    if depth == 0 || is_ndarray(value) || value.is_exact_instance_of::<PyFloat>() {
+        return Ok(());
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let mut entries = value.try_iter()?;
+        return entries.try_for_each(|entry| refuse_masked(numpy, &entry?, name, depth - 1));
+    }
+    let ma = numpy.getattr("ma")?;
+    if !value.is_instance(&ma.getattr("MaskedArray")?)? {
+        return Ok(());
+    }
+    let masked: usize = ma.call_method1("count_masked", (value,))?.extract()?;
+    if masked == 0 {
+        return Ok(());
+    }
+    let size: usize = value.getattr("size")?.extract()?;
+    Err(PyValueError::new_err(format!(
+        "{name}: got a masked array with {masked} of {size} entries masked, wants a number in each; \
+         its method filled puts some there"
+    )))
+}
+
+/// Whether it is an array of numpy's own, and not of a class made of it, which may mean something else.
+#[inline]
+fn is_ndarray(value: &Bound<'_, PyAny>) -> bool {
+    value.is_exact_instance_of::<PyUntypedArray>()
+}
+
 /// One value a joint: shape (n,).
 #[inline]
 pub(super) fn vector<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector<N>> {
-    if let Ok(array) = value.cast::<PyArray1<f64>>()
+    if is_ndarray(value)
+        && let Ok(array) = value.cast::<PyArray1<f64>>()
         && array.len() == N
         && array.data().is_aligned()
         && array.strides()[0] % (align_of::<f64>() as isize) == 0

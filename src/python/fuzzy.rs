@@ -200,8 +200,11 @@ impl PyFuzzyCompensator {
     ) -> PyResult<Self> {
         let basis = basis_of(basis)?;
         let gain = PerJoint::or(gain, 1.0, "gain")?;
+        if let Some(message) = gain.len().and_then(|joints| basis.other_joints(joints, "gain")) {
+            return Err(PyValueError::new_err(message));
+        }
         let joints = common_joints(basis.joints, [("gain", gain.len())])?;
-        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, joints))?;
+        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
         let joints = joints.or(q.len().map(|entries| entries / 2));
         let law = Law {
             leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
@@ -329,12 +332,16 @@ fn kernel_parameters(
 }
 
 /// Q from a scalar, its diagonal (2n,), or a diagonal matrix (2n, 2n).
-fn diagonal(value: Any<'_, '_>, joints: Option<usize>) -> PyResult<PerJoint> {
+fn diagonal(value: Any<'_, '_>, basis: &PyFuzzyBasis, joints: Option<usize>) -> PyResult<PerJoint> {
     let list = numbers(value, "q")?;
-    let fits = |size: usize| match joints {
-        Some(joints) => size == 2 * joints,
-        None => size.is_multiple_of(2) && (1..=MAX_JOINTS).contains(&(size / 2)),
-    };
+    let possible = |size: usize| size.is_multiple_of(2) && (1..=MAX_JOINTS).contains(&(size / 2));
+    let fits = |size: usize| joints.map_or(possible(size), |joints| size == 2 * joints);
+    if let Some(&size) = list.shape.first()
+        && possible(size)
+        && let Some(message) = basis.other_joints(size / 2, "q")
+    {
+        return Err(PyValueError::new_err(message));
+    }
     match list.shape[..] {
         [] => Ok(PerJoint::All(list.values[0])),
         [size] if fits(size) => Ok(PerJoint::Each(list.values)),

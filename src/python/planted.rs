@@ -30,6 +30,9 @@ pub(super) trait Planted: Send + Sync {
         dt: Any<'_, 'py>,
     ) -> PyResult<(Array1<'py>, Array1<'py>)>;
 
+    /// The disturbance, if it is a Python function.
+    fn callback(&self) -> Option<&Callback>;
+
     /// The [`Plant`] itself.
     fn as_any(&self) -> &dyn Type;
 }
@@ -72,12 +75,16 @@ impl<const N: usize> Planted for Plant<N> {
         let dt = scalar(dt, "dt")?;
         positive("dt", &[dt]).map_err(value_error)?;
         let next = sim::hold_torque(self, &motion, &tau, t, dt);
-        if let Some(error) = self.disturbance.callback().and_then(Callback::raised) {
+        if let Some(error) = self.callback().and_then(Callback::raised) {
             return Err(error);
         }
         let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
         finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
         Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
+    }
+
+    fn callback(&self) -> Option<&Callback> {
+        self.disturbance.callback()
     }
 
     fn as_any(&self) -> &dyn Type {

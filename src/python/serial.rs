@@ -1,7 +1,7 @@
 //! `Serial`: any chain of up to eight joints, from a file, a table or the wheel.
 
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use super::convert::{
     Array1, Array2, Array3, matrices, matrix_of, numbers, owned1, owned2, renamed, scalar_or,
@@ -208,6 +208,12 @@ impl PySerial {
     #[getter]
     fn link_names(&self) -> Vec<&str> {
         self.description.joints.iter().map(|joint| joint.link_name.as_str()).collect()
+    }
+
+    /// How the joints move: "revolute", "continuous" (its error is taken around the circle) or "prismatic".
+    #[getter]
+    fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.arm.links().iter().map(|link| link.kind.name()))
     }
 
     /// What the file says that was not used.

@@ -161,11 +161,12 @@ fn dh_row(
     Ok(DhRow { kind, a, alpha, d, theta_offset, inertia, friction, armature, ..DhRow::default() })
 }
 
-/// "revolute" or "prismatic", for all joints or each.
+/// "revolute", "continuous" or "prismatic", for all joints or each.
 fn kinds(value: Option<Any<'_, '_>>, joints: usize) -> PyResult<Vec<JointKind>> {
     let kind = |value: Any<'_, '_>| {
-        Ok(match word(value, "kind", ["revolute", "prismatic"])? {
+        Ok(match word(value, "kind", ["revolute", "continuous", "prismatic"])? {
             "prismatic" => JointKind::Prismatic,
+            "continuous" => JointKind::Continuous,
             _ => JointKind::Revolute,
         })
     };

@@ -53,9 +53,8 @@ impl PyPlant {
         effort_limit: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let planted = for_joints!(joints_of(arm)?, planted(arm, disturbance, effort_limit))?;
-        let arguments = (arm, disturbance, planted.effort_limit().to_vec());
-        let arguments = arguments.into_pyobject(py)?.into_any().unbind();
-        Ok(Self { planted, arguments })
+        let arguments = (arm, disturbance, planted.effort_limit().to_vec()).into_pyobject(py)?;
+        Ok(Self { planted, arguments: arguments.into_any().unbind() })
     }
 
     /// The arm that is really there.
@@ -94,9 +93,13 @@ impl PyPlant {
         (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
     }
 
+    fn __traverse__(&self, visit: pyo3::gc::PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
+        self.planted.callback().map_or(Ok(()), |callback| callback.traverse(visit))?;
+        visit.call(&self.arguments)
+    }
+
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let arguments = self.arguments.bind(py);
-        let (arm, disturbance) = (arguments.get_item(0)?, arguments.get_item(1)?);
+        let (arm, disturbance) = (self.arm(py)?, self.disturbance(py)?);
         Ok(format!("Plant({}, disturbance={})", arm.repr()?, disturbance.repr()?))
     }
 }
@@ -243,10 +246,10 @@ pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
         sim::simulate(plant, controller, state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
-    let callbacks = [reference.callback(), plant.disturbance.callback()];
-    let raised =
-        monitor.raised.or_else(|| callbacks.into_iter().flatten().find_map(Callback::raised));
-    let raised = match raised {
+    // All are asked: the plant outlives the run.
+    let [of_reference, of_disturbance] =
+        [reference.callback(), plant.callback()].map(|it| it.and_then(Callback::raised));
+    let raised = match monitor.raised.or(of_reference).or(of_disturbance) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };
             None

@@ -3,12 +3,17 @@
 use core::any::Any as Type;
 use std::sync::Mutex;
 
+use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, numbers, owned2, type_name, vector};
+use super::any_arm::{AnyArm, joints_of};
+use super::convert::{Array1, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
 use super::dispatch::{for_joints, same_joints};
 use super::signals::{PyQuintic, PySines, PyTable};
+use crate::arm::Arm;
+use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
@@ -92,7 +97,13 @@ impl Callback {
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
     }
 
-    /// What the function raised, if it did.
+    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of a cycle can, and a class
+    /// that holds this needs no `__clear__`.
+    pub fn traverse(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.function)
+    }
+
+    /// What the function raised, if it did; it is forgotten here.
     pub fn raised(&self) -> Option<PyErr> {
         self.raised.lock().ok()?.take()
     }
@@ -193,31 +204,41 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
     })
 }
 
-/// [q_d, dq_d, ddq_d] at each of these times, (T, n) each.
+/// [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each, for a controller with this nominal arm that was at
+/// (q, dq), (T, n) each.
 ///
 /// What a callable raises, and ValueError where it returns what is not finite.
 #[pyfunction]
 pub(super) fn desired_motion<'py>(
     py: Python<'py>,
     reference: Any<'_, 'py>,
-    joints: usize,
+    arm: Any<'_, 'py>,
     t: Any<'_, 'py>,
-) -> PyResult<[Array2<'py>; 3]> {
+    q: Any<'_, 'py>,
+    dq: Any<'_, 'py>,
+) -> PyResult<[Array2<'py>; 5]> {
+    let joints = joints_of(arm)?;
     let t = numbers(t, "t")?.values;
-    for_joints!(joints, desired(py, reference, &t))
+    let q = matrix_of(q, "q", t.len(), joints)?;
+    let dq = matrix_of(dq, "dq", t.len(), joints)?;
+    for_joints!(joints, desired(py, reference, arm, &t, [&q, &dq]))
 }
 
 fn desired<'py, const N: usize>(
     py: Python<'py>,
     reference: Any<'_, 'py>,
+    arm: Any<'_, 'py>,
     t: &[f64],
-) -> PyResult<[Array2<'py>; 3]> {
-    let reference = AnyReference::<N>::new(reference)?;
-    let mut columns = [(); 3].map(|()| Vec::with_capacity(N * t.len()));
+    [q, dq]: [&[f64]; 2],
+) -> PyResult<[Array2<'py>; 5]> {
+    let (reference, wraps) = (AnyReference::<N>::new(reference)?, AnyArm::<N>::new(arm)?.wraps());
+    let mut columns = [(); 5].map(|()| Vec::with_capacity(N * t.len()));
     py.detach(|| {
-        for t in t {
-            let Setpoint { q, dq, ddq } = reference.at(*t);
-            for (column, row) in columns.iter_mut().zip([q, dq, ddq]) {
+        for ((t, q), dq) in t.iter().zip(q.chunks_exact(N)).zip(dq.chunks_exact(N)) {
+            let (q, dq) = (Vector::from_column_slice(q), Vector::from_column_slice(dq));
+            let seen = Sample::wrapped(q, dq, reference.at(*t), &wraps);
+            let Setpoint { q, dq, ddq } = seen.desired;
+            for (column, row) in columns.iter_mut().zip([q, dq, ddq, seen.e, seen.de]) {
                 column.extend(row.iter());
             }
         }
@@ -231,8 +252,8 @@ fn desired<'py, const N: usize>(
         let message = format!("reference: got no number at t = {time} s, wants finite ones");
         return Err(PyValueError::new_err(message));
     }
-    let [q, dq, ddq] = columns.map(|column| owned2(py, column, N));
-    Ok([q?, dq?, ddq?])
+    let [q, dq, ddq, e, de] = columns.map(|column| owned2(py, column, N));
+    Ok([q?, dq?, ddq?, e?, de?])
 }
 
 /// Any disturbance, or none.

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
 use super::compensator::{Compensation, compensator_of};
 use super::convert::{Array1, array1, joints, scalar, vector};
-use super::dispatch::same_joints;
 use super::planted::Planted;
 use super::simulate::{Monitor, Settings, simulated};
 use super::value_error;
@@ -130,8 +129,15 @@ pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult
         return boxed(arm, gains, limits, NoCompensation, ());
     };
     let fuzzy = compensator_of(compensator)?;
-    if let Some(joints) = fuzzy.joints {
-        same_joints("compensator", joints, N)?;
+    if let Some(got) = fuzzy.joints
+        && got != N
+    {
+        let why = fuzzy
+            .basis
+            .other_joints(N, "the arm")
+            .map_or_else(String::new, |why| format!("; {why}"));
+        let message = format!("compensator: got one of {got} joints, wants one of {N}{why}");
+        return Err(PyValueError::new_err(message));
     }
     let parameters = fuzzy.parameters()?;
     if let Some(kernel) = fuzzy.kernel {
@@ -202,9 +208,7 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn reset(&mut self) {
-        self.controller.compensator.reset(&mut self.state.compensator);
-        self.state.last_tau = None;
-        self.state.steps = 0;
+        self.controller.reset(&mut self.state);
         self.latest = None;
     }
 

@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
@@ -99,7 +101,7 @@ impl PyComputedTorque {
         self.tracked.step(py, [q, dq, q_d, dq_d, ddq_d], dt)
     }
 
-    /// Forget the weights, the last torque and the count of steps.
+    /// Forget everything: weights, prior, last torque, count of steps. As a new one, to the bit, and not frozen.
     fn reset(&mut self) {
         self.tracked.reset();
     }
@@ -245,6 +247,11 @@ impl PyComputedTorque {
     ) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>, Bound<'py, PyBytes>)> {
         let (arguments, state) = slf.try_borrow()?.parts(slf.py());
         Ok((slf.get_type().into_any(), arguments, state))
+    }
+
+    // As for a plant: no `__clear__`.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.arguments)
     }
 
     fn __repr__(&self) -> String {

@@ -27,7 +27,7 @@ pub enum Convention {
 /// A row of the table, with what moves. The default is a massless revolute joint without friction or limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DhRow {
-    /// How the joint moves: a revolute one adds q to θ, a prismatic one to d.
+    /// How the joint moves: one that turns adds q to θ, a prismatic one to d.
     pub kind: JointKind,
     /// a, along x [m].
     pub a: f64,

@@ -200,7 +200,7 @@ where
         C: Compensator<N, S>,
     {
         let (setpoint, disturbance) = self.at_time(t);
-        let sample = Sample::new(motion.q, motion.dq, setpoint);
+        let sample = self.controller.sample(&motion.q, &motion.dq, &setpoint);
         let command = self.controller.law(state, stage, &sample);
         let applied = self.plant.applied(&command.tau);
         if command.limited || applied != command.tau {

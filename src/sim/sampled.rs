@@ -156,7 +156,7 @@ where
         let mut held = None;
         for k in 0..=record.steps {
             let t = record.time(k);
-            let sample = Sample::new(motion.q, motion.dq, self.reference.at(t));
+            let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
             if k.is_multiple_of(self.hold) && k < record.steps || held.is_none() {
                 match self.decide(state, &sample, period) {
                     Ok(decision) => held = Some(decision),

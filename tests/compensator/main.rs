@@ -5,5 +5,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod dense;
+mod histories;
 mod saving;
 mod weights;

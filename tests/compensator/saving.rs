@@ -94,3 +94,33 @@ fn a_file_of_another_controller_is_refused() {
     assert!(matches!(without, Error::Damaged { .. }), "{without}");
     assert!(weights(&plain, &state.compensator).iter().all(|w| *w == 0.0));
 }
+
+/// Magic of 12 bytes, joints, rules; then the flags, of which 16 says that the norms of both joints stand before the
+/// checksum.
+fn without_norms(bytes: &[u8]) -> Vec<u8> {
+    let mut old = bytes[..bytes.len() - 24].to_vec();
+    assert_eq!(old[28] & 16, 16);
+    old[28] -= 16;
+    let fnv = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    let sum = old.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
+    old.extend(sum.to_le_bytes());
+    old
+}
+
+#[test]
+fn a_file_from_before_it_had_norms_is_read() {
+    for warm in [false, true] {
+        let controller = controller(Form::Concat, true);
+        let state = taught(&controller, warm);
+        let bytes = controller.compensator.save(&state);
+        let mut restored = fresh(&controller);
+        controller.compensator.restore(&mut restored, &without_norms(&bytes)).unwrap();
+        let norm = state.compensator.weights_norm();
+        assert!((restored.compensator.weights_norm() - norm).abs() <= 1e-14 * norm);
+        assert_eq!(
+            weights(&controller, &restored.compensator),
+            weights(&controller, &state.compensator)
+        );
+        assert_eq!(restored.last_tau, state.last_tau);
+    }
+}

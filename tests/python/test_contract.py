@@ -356,3 +356,21 @@ def test_basis_is_finite_at_any_finite_input() -> None:
         assert np.isfinite(xi).all()
         sums = {"concat": 4, "per_joint": 2}.get(form, 1)
         np.testing.assert_allclose(xi.sum(axis=1), sums, rtol=1e-12)
+
+
+def test_metrics_are_printed_with_their_units() -> None:
+    figures = run(tracker("shared"), duration=0.1).metrics()
+    units = {"rms_e": "rad", "max_abs_e": "rad", "itae": "rad·s²", "settling_time": "s"}
+    units |= {"rms_tau": "N·m", "max_abs_tau": "N·m", "torque_variation": "N·m/s"}
+    rows = {row.split()[0]: row.split()[1:] for row in str(figures).splitlines()[1:]}
+    assert {name: unit for name, (unit, *_) in rows.items()} == {
+        name: f"[{unit}]" for name, unit in units.items()
+    }
+    for name, unit in units.items():
+        assert [float(value) for value in rows[name][1:]] == pytest.approx(
+            getattr(figures, name), rel=1e-5
+        )
+        assert f"{name}={getattr(figures, name)} {unit}" in repr(figures)
+    # What was not recorded is not shown.
+    motion = run(tracker("shared"), duration=0.1, record="motion").metrics()
+    assert "tau" not in str(motion) + repr(motion)

@@ -289,3 +289,14 @@ def test_a_pickled_approximator_is_the_same() -> None:
     assert copy(x).tobytes() == fitted(x).tobytes()
     with pytest.raises(ValueError, match=r"^weights: got shape \(1, 5\), wants \(outputs, 6\)"):
         sa.FuzzyApproximator.from_weights(basis, 1, np.ones((1, 5)))
+
+
+def test_an_approximator_may_stand_anywhere_in_memory() -> None:
+    """Python puts objects at multiples of 16 bytes; registers read 64 at a time from a basis."""
+    x = np.linspace(-1, 1, 40)[:, None]
+    basis = sa.FuzzyBasis("grid", np.linspace(-1, 1, 6), 0.4)
+    fitted = sa.FuzzyApproximator.fit(basis, x, np.sin(3 * x))
+    expected, kept = fitted(x), []
+    for size in range(100):
+        kept.append((bytearray(16 * size), pickle.loads(pickle.dumps(fitted))))
+    assert all(copy(x).tobytes() == expected.tobytes() for _, copy in kept)

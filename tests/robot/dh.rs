@@ -23,7 +23,7 @@ fn shift(axis: Vector3<f64>, by: f64) -> Isometry3<f64> {
 fn transform(row: &DhRow, convention: Convention, q: f64) -> Isometry3<f64> {
     let (x, z) = (Vector3::x(), Vector3::z());
     let (theta, d) = match row.kind {
-        JointKind::Revolute => (row.theta_offset + q, row.d),
+        JointKind::Revolute | JointKind::Continuous => (row.theta_offset + q, row.d),
         JointKind::Prismatic => (row.theta_offset, row.d + q),
     };
     match convention {

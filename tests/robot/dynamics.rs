@@ -26,7 +26,7 @@ pub fn frames(arm: &Description, q: &[f64]) -> (Vec<Frame>, Frame) {
         let link = &joint.link;
         let axis = nalgebra::Unit::new_normalize(link.axis);
         let moved: Isometry3<f64> = match link.kind {
-            JointKind::Revolute => Isometry3::from_parts(
+            JointKind::Revolute | JointKind::Continuous => Isometry3::from_parts(
                 Translation3::identity(),
                 UnitQuaternion::from_axis_angle(&axis, q),
             ),
@@ -78,7 +78,7 @@ fn jacobian(arm: &Description, frames: &[Frame], k: usize) -> (Rows, Rows) {
     for j in 0..=k {
         let axis = frames[j].0 * arm.joints[j].link.axis;
         match arm.joints[j].link.kind {
-            JointKind::Revolute => {
+            JointKind::Revolute | JointKind::Continuous => {
                 linear.set_column(j, &axis.cross(&(com - frames[j].1)));
                 angular.set_column(j, &axis);
             }

@@ -65,7 +65,8 @@ fn scramble(arm: &mut Description, random: &mut Random) {
             * nalgebra::Matrix3::from_diagonal(&[1.0, 1.1, 1.2].into())
             * turn.matrix().transpose();
         link.inertia.moments = (spread + spread.transpose()) * random.decades(-9.0, 9.0);
-        link.kind = if random.next() > 0.0 { JointKind::Revolute } else { JointKind::Prismatic };
+        let kinds = [JointKind::Revolute, JointKind::Continuous, JointKind::Prismatic];
+        link.kind = kinds[random.between(0.0, 3.0) as usize];
         link.friction.viscous = random.decades(-300.0, 300.0);
         link.friction.stribeck = 5e-324;
         link.friction.coulomb = [random.decades(-9.0, 9.0), -0.0];

@@ -85,7 +85,7 @@ fn chain_is_read_from_root_to_the_only_end() {
         arm.joints.iter().map(|j| (j.name.as_str(), j.link_name.as_str())).collect();
     assert_eq!(names, [("waist", "trunk"), ("lift", "sled"), ("wrist", "hand")]);
     let kinds: Vec<_> = arm.joints.iter().map(|joint| joint.link.kind).collect();
-    assert_eq!(kinds, [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute]);
+    assert_eq!(kinds, [JointKind::Revolute, JointKind::Prismatic, JointKind::Continuous]);
     assert_eq!(arm.gravity, GRAVITY);
     assert_eq!(arm.tip.translation.as_slice(), [0.0, 0.0, 0.05]);
 }

@@ -122,7 +122,9 @@ pub fn poses<const N: usize>(arm: &Serial<N>, q: &Vector<N>) -> [Pose; N] {
     core::array::from_fn(|i| {
         let link = &arm.links()[i];
         let moved = match link.kind {
-            JointKind::Revolute => Pose::new(rodrigues(&link.axis, q[i]), Vector3::zeros()),
+            JointKind::Revolute | JointKind::Continuous => {
+                Pose::new(rodrigues(&link.axis, q[i]), Vector3::zeros())
+            }
             JointKind::Prismatic => Pose::at(link.axis * q[i]),
         };
         at = at.then(&link.placement).then(&moved);
@@ -142,7 +144,7 @@ pub fn jacobians<const N: usize>(
         let link = &arm.links()[j];
         let z = poses[j].rotation * link.axis;
         match link.kind {
-            JointKind::Revolute => {
+            JointKind::Revolute | JointKind::Continuous => {
                 linear.set_column(j, &z.cross(&(point - poses[j].translation)));
                 angular.set_column(j, &z);
             }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use steadyarm::Error;
-use steadyarm::arm::{Inertia, JointKind, JointLimits, Link, Pose, Serial, SerialParameters};
+use steadyarm::arm::{Arm, Inertia, JointKind, JointLimits, Link, Pose, Serial, SerialParameters};
 
 use crate::chains;
 use crate::random::Random;
@@ -243,4 +243,28 @@ fn inertias_alone_name_their_own_parameters() {
     assert_eq!(name(Inertia { mass: f64::NAN, ..good }), "mass");
     assert_eq!(name(Inertia { com: Vector3::repeat(f64::INFINITY), ..good }), "com");
     assert_eq!(name(Inertia { moments: -good.moments, ..good }), "moments");
+}
+
+#[test]
+fn a_joint_that_turns_without_an_end_has_none() {
+    let endless = |link: &mut Link| {
+        link.kind = JointKind::Continuous;
+        (link.limits.lower, link.limits.upper) = (f64::NEG_INFINITY, f64::INFINITY);
+    };
+    let mut parameters = valid();
+    endless(&mut parameters.links[1]);
+    let arm = Serial::new(parameters).unwrap();
+    assert_eq!(arm.joint_kinds()[1], JointKind::Continuous);
+    assert_eq!(arm.wraps(), [false, true, false]);
+    assert_eq!(arm.without_friction().wraps(), arm.wraps());
+    let body = Inertia::point_mass(0.5, Vector3::new(0.0, 0.1, 0.2));
+    assert_eq!(arm.with_payload(&body).unwrap().wraps(), arm.wraps());
+    let refused = |change: fn(&mut JointLimits)| {
+        refusal(|link| {
+            endless(link);
+            change(&mut link.limits);
+        })
+    };
+    assert_eq!(refused(|limits| limits.lower = -1.0), outside("limits.lower"));
+    assert_eq!(refused(|limits| limits.upper = 7.0), outside("limits.upper"));
 }

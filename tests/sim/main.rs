@@ -5,6 +5,7 @@ mod carry;
 #[allow(dead_code, unused_imports, unused_macros)]
 #[path = "../serial/chains.rs"]
 mod chains;
+mod circle;
 #[path = "../common/mod.rs"]
 mod common;
 mod endings;

@@ -6,7 +6,7 @@
 //! does the Σ of a sliding link. Source: Khalil and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
 
 use super::space::{Sym3, Turn, V3};
-use super::{JointKind, Link, Pose, SerialParameters};
+use super::{Link, Pose, SerialParameters};
 use crate::arm::JointFriction;
 use crate::math::{Matrix, sin_cos, sqrt};
 
@@ -138,7 +138,7 @@ impl<const N: usize> Chain<N> {
 /// A joint whose frame has its axis for z, with nothing known of the others yet.
 fn plain(link: &Link) -> Joint {
     Joint {
-        revolute: link.kind == JointKind::Revolute,
+        revolute: link.kind.turns(),
         rest: Turn { ca: 1.0, sa: 0.0, c: 1.0, s: 0.0, p: V3::ZERO },
         mass: Mass::ZERO,
         armature: link.armature,

@@ -7,10 +7,30 @@ use crate::math::Matrix;
 /// How a joint moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns about its axis, within limits or, as URDF's `continuous`, without.
+    /// Turns about its axis: positions a turn apart are two.
     Revolute,
+    /// Turns about its axis without an end, as URDF's `continuous`: positions a turn apart are one, and a tracking error is
+    /// taken around the circle.
+    Continuous,
     /// Slides along its axis; position [m], velocity [m/s], force [N].
     Prismatic,
+}
+
+impl JointKind {
+    /// It in a word, as files have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Revolute => "revolute",
+            Self::Continuous => "continuous",
+            Self::Prismatic => "prismatic",
+        }
+    }
+
+    /// Whether it turns, rather than slides.
+    #[inline]
+    pub const fn turns(self) -> bool {
+        !matches!(self, Self::Prismatic)
+    }
 }
 
 /// A frame in another one: x_outer = R x_inner + p.

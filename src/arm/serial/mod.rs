@@ -60,6 +60,7 @@ pub struct Serial<const N: usize> {
     has_stops: bool,
     /// Whether the friction of any joint is dry.
     sticks: bool,
+    wraps: [bool; N],
 }
 
 impl<const N: usize> Serial<N> {
@@ -84,13 +85,13 @@ impl<const N: usize> Serial<N> {
         let has_friction = parameters.links.iter().any(|link| !link.friction.is_none());
         let has_stops = parameters.links.iter().any(|link| !link.stop.is_none());
         let sticks = parameters.links.iter().any(|link| link.friction.hold().is_some());
-        let arm = Self { parameters, chain, has_friction, has_stops, sticks };
+        let wraps = parameters.links.map(|link| link.kind == JointKind::Continuous);
+        let arm = Self { parameters, chain, has_friction, has_stops, sticks, wraps };
         for probe in 0..=PROBES {
             // Multiples of the golden angle: all joints at other angles in every probe.
             let at = |i: usize, _| 2.399_963_229_728_653 * (probe * (i + 1)) as f64;
-            let q = Vector::<N>::from_fn(|i, j| match parameters.links[i].kind {
-                JointKind::Revolute => at(i, j),
-                JointKind::Prismatic => 0.1 * at(i, j),
+            let q = Vector::<N>::from_fn(|i, j| {
+                if parameters.links[i].kind.turns() { at(i, j) } else { 0.1 * at(i, j) }
             });
             arm.check_mass_matrix(&q)?;
         }
@@ -105,9 +106,10 @@ impl<const N: usize> Serial<N> {
             let (of, got) = (Of { parameter: "inertia", joint: Some(joint) }, free[joint]);
             let link = &self.parameters.links[joint];
             let body = beyond.plus(&joint::mass_in(&self.chain.joints[joint].user, link));
-            let all = match link.kind {
-                JointKind::Revolute => body.sigma.xx + body.sigma.yy + body.sigma.zz,
-                JointKind::Prismatic => body.m,
+            let all = if link.kind.turns() {
+                body.sigma.xx + body.sigma.yy + body.sigma.zz
+            } else {
+                body.m
             };
             of.finite(mass.column(joint).as_slice())?;
             of.finite(&[all])?;
@@ -127,6 +129,11 @@ impl<const N: usize> Serial<N> {
     /// Joints and links from the base on.
     pub fn links(&self) -> &[Link; N] {
         &self.parameters.links
+    }
+
+    /// How the joints move.
+    pub fn joint_kinds(&self) -> [JointKind; N] {
+        self.parameters.links.map(|link| link.kind)
     }
 
     /// Limits of the joints, infinite for none.
@@ -243,6 +250,11 @@ impl<const N: usize> Serial<N> {
 }
 
 impl<const N: usize> Arm<N> for Serial<N> {
+    #[inline]
+    fn wraps(&self) -> [bool; N] {
+        self.wraps
+    }
+
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
         self.chain.mass_matrix(&self.chain.turns(q))
     }

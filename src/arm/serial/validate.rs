@@ -1,6 +1,6 @@
 //! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass distribution that matter can have.
 
-use super::{Inertia, JointLimits, Link, Pose};
+use super::{Inertia, JointKind, JointLimits, Link, Pose};
 use crate::eigen::symmetric_eigenvalues;
 use crate::error::{Error, Result};
 use crate::math::{Matrix, sqrt};
@@ -87,6 +87,12 @@ impl Link {
         self.friction.validate(joint)?;
         of("armature").within(self.armature, self.armature >= 0.0, "a number >= 0")?;
         self.limits.validate(joint)?;
+        if self.kind == JointKind::Continuous {
+            let JointLimits { lower, upper, .. } = self.limits;
+            let wanted = "none, as a continuous joint has no end; a revolute one may have";
+            of("limits.lower").accept(lower, lower.is_infinite(), wanted)?;
+            of("limits.upper").accept(upper, upper.is_infinite(), wanted)?;
+        }
         self.stop.validate(joint)
     }
 }

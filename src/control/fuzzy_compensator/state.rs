@@ -10,7 +10,7 @@ pub struct FuzzyState<const N: usize, B: Buffer> {
     /// W − W₀, W₀ if there is one, the evaluated basis of every stage, scratch.
     pub(super) memory: Memory<B>,
     /// Squared norms |Dₙ|² of the rows of W − W₀.
-    pub(super) norms: Vector<N>,
+    pub(in crate::control) norms: Vector<N>,
     /// Whether W₀ is not zero.
     pub(in crate::control) prior: bool,
     pub(in crate::control) frozen: bool,
@@ -45,10 +45,13 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
         sqrt(self.norms.sum())
     }
 
+    /// A new state's weights and records; only whether adaptation is stopped stays.
     pub(super) fn clear(&mut self) {
-        self.memory.as_mut_slice().fill(0.0);
-        self.norms = Vector::zeros();
-        self.prior = false;
-        self.advances = 0;
+        let Self { memory, norms, prior, frozen: _, advances, stages } = self;
+        memory.as_mut_slice().fill(0.0);
+        *norms = Vector::zeros();
+        *prior = false;
+        *advances = 0;
+        *stages = Stages::default();
     }
 }

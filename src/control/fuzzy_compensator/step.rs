@@ -26,6 +26,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
     }
 
     fn advance(&self, state: &mut FuzzyState<N, B>, end: &Stage<'_>) -> Result<()> {
+        state.stages.retracted = false;
         if state.frozen {
             return Ok(());
         }
@@ -57,6 +58,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
 
     fn reset(&self, state: &mut FuzzyState<N, B>) {
         state.clear();
+        state.unfreeze();
     }
 
     #[inline(always)]

@@ -80,10 +80,13 @@ impl<const N: usize, B: Buffer> KernelState<N, B> {
         self.frozen
     }
 
+    /// A new state's dictionary and records; only whether adaptation is stopped stays.
     pub(super) fn clear(&mut self) {
-        self.memory.as_mut_slice().fill(0.0);
-        (self.atoms, self.merged, self.dropped) = (0, 0, 0);
-        self.scale = Vector::repeat(1.0);
-        (self.norms, self.errors) = (Vector::zeros(), Vector::zeros());
+        let Self { memory, atoms, scale, norms, errors, merged, dropped, frozen: _, stages } = self;
+        memory.as_mut_slice().fill(0.0);
+        (*atoms, *merged, *dropped) = (0, 0, 0);
+        *scale = Vector::repeat(1.0);
+        (*norms, *errors) = (Vector::zeros(), Vector::zeros());
+        *stages = Stages::default();
     }
 }

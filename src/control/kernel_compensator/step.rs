@@ -34,6 +34,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
 
     fn reset(&self, state: &mut KernelState<N, B>) {
         state.clear();
+        state.unfreeze();
     }
 
     fn audit(&self, state: &KernelState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {

@@ -61,6 +61,7 @@ pub(super) struct Joint {
 #[serde(rename_all = "lowercase")]
 enum Kind {
     Revolute,
+    Continuous,
     Prismatic,
 }
 
@@ -139,6 +140,7 @@ impl Joint {
         let link = Link {
             kind: match self.kind {
                 Kind::Revolute => JointKind::Revolute,
+                Kind::Continuous => JointKind::Continuous,
                 Kind::Prismatic => JointKind::Prismatic,
             },
             placement: pose(self.translation, self.rotation),

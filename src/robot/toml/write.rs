@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::FORMAT;
-use crate::arm::{JointFriction, JointKind, JointLimits, JointStop, Pose};
+use crate::arm::{JointFriction, JointLimits, JointStop, Pose};
 use crate::math::Matrix;
 use crate::robot::{Description, JointDescription};
 
@@ -14,6 +14,7 @@ const HEADER: &str = "\
 # Units: m, rad, kg, kg m^2, N m, m/s^2; for a prismatic joint m instead of rad, N instead of N m.
 # translation, rotation   the joint's frame in the frame of the link before (the base for the first), at q = 0;
 #                         rotation row by row, absent for none. [tip]: the tip in the frame of the last link.
+# kind                    revolute, continuous (a turn leads back to where it began) or prismatic
 # axis                    of the joint, in its own frame, of length 1
 # mass, com, moments      of the link, in the joint's frame; moments about the centre of mass
 # armature                inertia of the rotor, seen through the gear
@@ -42,10 +43,7 @@ pub(super) fn text(description: &Description) -> String {
 
 fn write_joint(out: &mut String, joint: &JointDescription) {
     let link = &joint.link;
-    let kind = match link.kind {
-        JointKind::Revolute => "revolute",
-        JointKind::Prismatic => "prismatic",
-    };
+    let kind = link.kind.name();
     let _ = writeln!(out, "\n[[joint]]\nname = {}", string(&joint.name));
     let _ = writeln!(out, "link = {}\nkind = \"{kind}\"", string(&joint.link_name));
     write_pose(out, &link.placement);

@@ -137,6 +137,7 @@ fn link(joint: &JointPart, placement: Pose, inertia: Inertia, armature: f64) -> 
     Link {
         kind: match joint.motion {
             Motion::Prismatic => JointKind::Prismatic,
+            Motion::Continuous => JointKind::Continuous,
             _ => JointKind::Revolute,
         },
         placement,
