@@ -6,6 +6,8 @@ mod chains;
 mod dh;
 mod dynamics;
 mod hostile;
+mod lenient;
+mod rotors;
 mod shipped;
 mod tables;
 mod toml;

@@ -19,11 +19,7 @@ pub(super) fn lenient(text: &str) -> String {
             Kind::Unfinished => break,
             Kind::Comment | Kind::Instruction => blank(&mut out, piece),
             Kind::Opening { .. } => opening(&mut out, piece),
-            Kind::Closing => {
-                let rest = &text[out.len()..];
-                let name = rest.find(['>', '<']).unwrap_or(rest.len());
-                out.push_str(&rest[..name].replace(':', "_"));
-            }
+            Kind::Closing => out.push_str(&piece.replace(':', "_")),
             Kind::CharacterData | Kind::DocumentType => out.push_str(piece),
         }
     }

@@ -22,7 +22,7 @@ pub(super) enum Kind {
     CharacterData,
     Instruction,
     DocumentType,
-    /// `</…`, up to where the next piece may begin.
+    /// `</name`, up to its `>`.
     Closing,
     /// A tag that opens an element, up to its `>`.
     Opening {
@@ -68,7 +68,7 @@ impl Iterator for Pieces<'_> {
         } else if rest.starts_with("<!") {
             (Kind::DocumentType, Some(2))
         } else if rest.starts_with("</") {
-            (Kind::Closing, Some(2))
+            (Kind::Closing, Some(2 + rest[2..].find(['<', '>']).unwrap_or(rest.len() - 2)))
         } else {
             opening(rest)
         };

@@ -160,7 +160,7 @@ fn left_over(source: &Source, node: Node, joint: &str, used: [Option<Node>; 2]) 
     let stated: Vec<_> = used.into_iter().flatten().map(|node| source.name(node)).collect();
     let line = source.line(node.range().start);
     format!(
-        "joint {}: <{}> in line {line} is not used, as <{}> stands beside it",
+        "joint {}: <{}> in line {line} is not used beside <{}>",
         quoted(joint),
         source.name(node),
         stated.join("> and <")
