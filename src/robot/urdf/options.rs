@@ -46,7 +46,7 @@ impl UrdfOptions {
                 return Err(ReadError::new(message));
             }
             if self.inertials.contains_key(name.trim_matches('"')) {
-                let message = format!("masses, {name}: got it in inertials too, wants it in one");
+                let message = format!("masses, {name}: got it in inertials too, wants not both");
                 return Err(ReadError::new(message));
             }
         }
