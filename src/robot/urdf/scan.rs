@@ -67,8 +67,8 @@ impl Iterator for Pieces<'_> {
             (Kind::Instruction, until(2, "?>"))
         } else if rest.starts_with("<!") {
             (Kind::DocumentType, Some(2))
-        } else if rest.starts_with("</") {
-            (Kind::Closing, Some(2 + rest[2..].find(['<', '>']).unwrap_or(rest.len() - 2)))
+        } else if let Some(name) = rest.strip_prefix("</") {
+            (Kind::Closing, Some(2 + name.find(['<', '>']).unwrap_or(name.len())))
         } else {
             opening(rest)
         };
