@@ -57,8 +57,10 @@ impl PySerial {
     /// From a URDF: a path, or the text itself.
     #[staticmethod]
     #[pyo3(
-        signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None, inertials=None),
-        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, masses=None, inertials=None)"
+        signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None,
+            inertials=None),
+        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, \
+            masses=None, inertials=None)"
     )]
     fn from_urdf(
         path_or_text: Any<'_, '_>,

@@ -33,8 +33,9 @@ pub(super) fn read(path: &Path) -> Result<String, ReadError> {
     })
 }
 
-/// The text of a file in UTF-8 or else in Latin-1, where every byte is a character. XML's other characters (`<`, `"`, `=`)
-/// are the same bytes in both, and in the encodings that are mistaken for them. A note says so, unless the file does.
+/// The text of a file in UTF-8 or else in Latin-1, where every byte is a character. XML's other
+/// characters (`<`, `"`, `=`) are the same bytes in both, and in the encodings that are mistaken
+/// for them. A note says so, unless the file does.
 pub(super) fn read_any(path: &Path) -> Result<(String, Option<String>), ReadError> {
     let bytes = bytes(path).map_err(|error| named(path, error))?;
     let error = match String::from_utf8(bytes) {

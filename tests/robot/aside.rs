@@ -14,7 +14,8 @@ fn with(addition: &str) -> String {
 /// A branch that hangs on `parent`, its joint's parts given, its link's as `inertial`.
 fn branch(parent: &str, kind: &str, parts: &str, inertial: &str) -> String {
     with(&format!(
-        "<link name=\"pan\"><inertial>{inertial}</inertial></link><joint name=\"pan_joint\" type=\"{kind}\">\
+        "<link name=\"pan\"><inertial>{inertial}</inertial></link><joint name=\"pan_joint\" \
+         type=\"{kind}\">\
          <parent link=\"{parent}\"/><child link=\"pan\"/>{parts}</joint>"
     ))
 }
@@ -129,7 +130,8 @@ fn faulty_names_beside_a_named_chain_are_left_out_and_told() {
 #[test]
 fn loops_and_other_roots_beside_a_named_tip_change_nothing() {
     let good = read(VALID).unwrap();
-    let selfish = "<link name=\"a\"/><joint name=\"s\" type=\"fixed\"><parent link=\"a\"/><child link=\"a\"/></joint>";
+    let selfish = "<link name=\"a\"/><joint name=\"s\" type=\"fixed\"><parent link=\"a\"/>\
+                   <child link=\"a\"/></joint>";
     for addition in ["<link name=\"alone\"/>", selfish] {
         assert_eq!(cut(&with(addition), None, Some("tool")).unwrap().joints, good.joints);
     }
@@ -182,8 +184,10 @@ fn gravity_is_given_in_the_axes_of_the_root() {
 fn gripper_taken_as_the_last_joint_is_told() {
     let finger = |name: &str, upper: &str| {
         with(&format!(
-            "<link name=\"pad\"><inertial>{GOOD}</inertial></link><joint name=\"{name}\" type=\"prismatic\">\
-             <parent link=\"tool\"/><child link=\"pad\"/><limit lower=\"0\" upper=\"{upper}\"/></joint>"
+            "<link name=\"pad\"><inertial>{GOOD}</inertial></link><joint name=\"{name}\" \
+             type=\"prismatic\">\
+             <parent link=\"tool\"/><child link=\"pad\"/><limit lower=\"0\" \
+             upper=\"{upper}\"/></joint>"
         ))
     };
     let told = |arm: &Description| arm.notes.iter().any(|note| note.contains("gripper"));
@@ -197,11 +201,13 @@ fn gripper_taken_as_the_last_joint_is_told() {
 
 #[test]
 fn absurd_sizes_are_told() {
-    let hand = "<mass value=\"1\"/>\n      <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>";
+    let hand = "<mass value=\"1\"/>\n      \
+                <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>";
     assert!(VALID.contains(hand));
     let notes = |mass: f64, moment: f64| {
         let new = format!(
-            "<mass value=\"{mass}\"/><inertia ixx=\"{moment}\" iyy=\"{moment}\" izz=\"{moment}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>"
+            "<mass value=\"{mass}\"/><inertia ixx=\"{moment}\" iyy=\"{moment}\" izz=\"{moment}\" \
+             ixy=\"0\" ixz=\"0\" iyz=\"0\"/>"
         );
         let notes = read(&VALID.replacen(hand, &new, 1)).unwrap().notes;
         let size: Vec<_> =

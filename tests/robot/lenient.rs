@@ -1,4 +1,5 @@
-//! XML that urdfdom, MuJoCo and Drake read, whose readers know no namespaces and skip what they do not use.
+//! XML that urdfdom, MuJoCo and Drake read, whose readers know no namespaces and skip what they do
+//! not use.
 
 use crate::valid::{VALID, read};
 use steadyarm::robot::{Description, GRAVITY};
@@ -39,7 +40,8 @@ fn prefixes_need_no_declaration() {
 #[test]
 fn element_with_a_prefix_is_another_element() {
     same(&with(
-        "<x:link name=\"tool\"/><x:joint/><x:transmission><motorInertia>9</motorInertia></x:transmission>",
+        "<x:link \
+         name=\"tool\"/><x:joint/><x:transmission><motorInertia>9</motorInertia></x:transmission>",
     ));
     same(&VALID.replace("<mass value=\"5\"/>", "<mass value=\"5\"/><x:mass value=\"7\"/>"));
     same(&VALID.replace("<mass value=\"5\"/>", "<mass x:value=\"7\" value=\"5\"/>"));
@@ -161,7 +163,8 @@ fn leftover_definitions_of_xacro_are_skipped() {
     for leftover in [
         "<xacro:property name='width' value='${2*radius}'/>",
         "<xacro:arg name='prefix' default=''/>",
-        "<xacro:macro name='leg' params='p'><link name='${p}leg'/><xacro:if value='1'/></xacro:macro>",
+        "<xacro:macro name='leg' params='p'><link name='${p}leg'/><xacro:if \
+         value='1'/></xacro:macro>",
         "<gazebo><xacro:include filename='x'/>${a}</gazebo>",
     ] {
         same(&with(leftover));

@@ -24,7 +24,8 @@ const ROTOR: &str = "<drake:rotor_inertia value=\"0.0001321\"/>";
 const REDUCTION: &str = "<mechanicalReduction>1</mechanicalReduction>";
 const MOTOR: &str = "<motorInertia>0.5</motorInertia>";
 
-/// As in the 12 files of RobotLocomotion/models that state rotors; Drake's `default_reflected_inertia`.
+/// As in the 12 files of RobotLocomotion/models that state rotors; Drake's
+/// `default_reflected_inertia`.
 #[test]
 fn drakes_tags_win_over_those_of_ros_in_any_order() {
     let wanted = 160.0 * 160.0 * 0.0001321;
@@ -80,7 +81,8 @@ fn what_is_left_over_is_noted() {
     assert_eq!((armature(&arm), said(&arm).len()), (0.5, 1));
     let unread = format!("{RATIO}{ROTOR}<mechanicalReduction>n/a</mechanicalReduction>");
     assert_eq!(said(&with(&unread)).len(), 1);
-    let second = "<transmission><joint name=\"wrist\"/><motorInertia>1</motorInertia></transmission></robot>";
+    let second = "<transmission><joint name=\"wrist\"/><motorInertia>1</motorInertia>\
+                  </transmission></robot>";
     let arm = read(&VALID.replace("</robot>", second)).unwrap();
     assert_eq!((armature(&arm), said(&arm).len()), (2500.0 * 0.0002, 1));
     let two =

@@ -111,7 +111,8 @@ impl Layout {
                 };
                 let pose = frames::compose(&place.pose, &origin);
                 if joint.moves() && on_path[index] {
-                    // The joints of the path come one after another, as each hangs on the one before.
+                    // The joints of the path come one after another, as each hangs on the one
+                    // before.
                     layout.moving.push(Moving { joint: index, placement: pose });
                     let place = Place { body: place.body + 1, pose: frames::identity() };
                     waiting.push((child, place));
@@ -174,8 +175,8 @@ pub(super) fn left_out(error: &ReadError) -> String {
     format!("{error}; left out, as it is not between base and tip")
 }
 
-/// Refuses a last link without mass. Those before it need none, as what hangs on them has mass: whether the mass matrix is
-/// positive definite is for the arm to judge.
+/// Refuses a last link without mass. Those before it need none, as what hangs on them has mass:
+/// whether the mass matrix is positive definite is for the arm to judge.
 fn refuse_massless(
     source: &Source,
     tree: &Tree,
@@ -190,7 +191,8 @@ fn refuse_massless(
     let name = quoted(link.name);
     let message = match parts.is_empty() {
         true => format!(
-            "link {name}: got no <inertial>, wants one, as it moves and is the last; state mass, centre of mass and inertia, \
+            "link {name}: got no <inertial>, wants one, as it moves and is the last; state mass, \
+             centre of mass and inertia, \
              or give them in inertials"
         ),
         false => format!("link {name}, <mass value>: got 0, wants a number > 0, as it moves"),

@@ -1,8 +1,10 @@
-//! XML as the common readers of URDF take it: they know no namespaces, and skip what they do not use.
+//! XML as the common readers of URDF take it: they know no namespaces, and skip what they do not
+//! use.
 //!
-//! Written over with spaces are comments, which may then hold dashes; declarations, wherever they stand; the mark of the
-//! byte order; and attributes with a prefix. Colons in the names of elements become `_`, so that no prefix need be declared.
-//! Every byte keeps its place and every line its number. What is not well-formed stays, for the XML reader to refuse.
+//! Written over with spaces are comments, which may then hold dashes; declarations, wherever they
+//! stand; the mark of the byte order; and attributes with a prefix. Colons in the names of elements
+//! become `_`, so that no prefix need be declared. Every byte keeps its place and every line its
+//! number. What is not well-formed stays, for the XML reader to refuse.
 
 use super::scan::{Kind, Piece, Pieces};
 

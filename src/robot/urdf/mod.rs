@@ -29,8 +29,8 @@ use transmission::Rotors;
 use tree::Tree;
 
 impl Description {
-    /// The chain from the link `base` to the link `tip` of a URDF: [`Description::from_urdf_with`], nothing put in the place
-    /// of what the file states.
+    /// The chain from the link `base` to the link `tip` of a URDF: [`Description::from_urdf_with`],
+    /// nothing put in the place of what the file states.
     ///
     /// # Errors
     /// As there.
@@ -45,19 +45,21 @@ impl Description {
 
     /// The chain from a base link to a tip link of a URDF, as `options` say.
     ///
-    /// Fixed joints are merged, other joints stand at 0. `<dynamics>` gives viscous and Coulomb friction, `<limit>` the
-    /// limits (0 for none), `<transmission>` the rotor's inertia where it states one: gear_ratio² · rotor_inertia where one
-    /// of these tags of Drake's stands, else mechanicalReduction² · motorInertia. What is not used, or not as one would
-    /// think, is said in `notes`.
+    /// Fixed joints are merged, other joints stand at 0. `<dynamics>` gives viscous and Coulomb
+    /// friction, `<limit>` the limits (0 for none), `<transmission>` the rotor's inertia where it
+    /// states one: gear_ratio² · rotor_inertia where one of these tags of Drake's stands, else
+    /// mechanicalReduction² · motorInertia. What is not used, or not as one would think, is said in
+    /// `notes`.
     ///
-    /// XML is read as the common readers of URDF take it: prefixes need not be declared, comments may hold dashes,
-    /// declarations stand anywhere, leftover definitions of xacro are skipped.
+    /// XML is read as the common readers of URDF take it: prefixes need not be declared, comments
+    /// may hold dashes, declarations stand anywhere, leftover definitions of xacro are skipped.
     ///
     /// # Errors
-    /// With the line: what is not XML or not URDF, has a DTD, is too large or too deep, or is still to be expanded by xacro;
-    /// unknown names; between base and tip loops, two parents, names given twice, `mimic`, floating and planar joints,
-    /// numbers that are none, mass distributions that no body has, and joints that move no mass. If no tip is named, two
-    /// roots and several ends to choose from, and loops and faulty names anywhere.
+    /// With the line: what is not XML or not URDF, has a DTD, is too large or too deep, or is still
+    /// to be expanded by xacro; unknown names; between base and tip loops, two parents, names given
+    /// twice, `mimic`, floating and planar joints, numbers that are none, mass distributions that no
+    /// body has, and a last joint that moves no mass. If no tip is named, two roots and several ends
+    /// to choose from, and loops and faulty names anywhere.
     pub fn from_urdf_with(text: &str, options: &UrdfOptions) -> Result<Self, ReadError> {
         scan::check(text)?;
         let parsing = roxmltree::ParsingOptions {
@@ -100,8 +102,8 @@ impl Description {
         Self::from_urdf_file_with(path, &options(base, tip, gravity))
     }
 
-    /// [`Description::from_urdf_with`] of a file. No other file is opened, whatever the URDF names. Bytes that are not UTF-8
-    /// are taken as Latin-1.
+    /// [`Description::from_urdf_with`] of a file. No other file is opened, whatever the URDF names.
+    /// Bytes that are not UTF-8 are taken as Latin-1.
     ///
     /// # Errors
     /// As there, and if the file cannot be read.

@@ -21,10 +21,11 @@ pub struct UrdfOptions {
     pub tip: Option<String>,
     /// Gravity in the axes of the file's root [m/s²].
     pub gravity: [f64; 3],
-    /// Masses by link [kg]. The link must state an `<inertial>`: its centre of mass stays, its moments are scaled with the
-    /// mass, as if the body had another density.
+    /// Masses by link [kg]. The link must state an `<inertial>`: its centre of mass stays, its
+    /// moments are scaled with the mass, as if the body had another density.
     pub masses: BTreeMap<String, f64>,
-    /// Mass distributions by link, in the link's frame, instead of what the file states or does not.
+    /// Mass distributions by link, in the link's frame, instead of what the file states or does
+    /// not.
     pub inertials: BTreeMap<String, Inertia>,
 }
 
@@ -98,7 +99,8 @@ impl UrdfOptions {
         let stated = link.inertial(source)?.filter(|stated| stated.inertia.mass > 0.0);
         let Some(mut inertial) = stated else {
             let message = format!(
-                "{owner}: got {mass} kg in masses, but the file states no mass distribution to scale; give the centre of \
+                "{owner}: got {mass} kg in masses, but the file states no mass distribution to \
+                 scale; give the centre of \
                  mass and the moments too, in inertials"
             );
             return Err(source.error(link.at, message));

@@ -1,7 +1,7 @@
 //! The way from base to tip.
 //!
-//! A tip that is named is followed back to the base, and what does not lie between them may be as it likes. Without one it
-//! is found from the whole tree, which then must be right.
+//! A tip that is named is followed back to the base, and what does not lie between them may be as
+//! it likes. Without one it is found from the whole tree, which then must be right.
 
 use super::elements::Source;
 use super::joint::Motion;
@@ -70,7 +70,8 @@ fn back(
             let Some(base) = base else { break };
             let (tip, base) = (quoted(tree.links[tip].name), quoted(tree.links[base].name));
             return Err(ReadError::new(format!(
-                "tip: got {tip}, which does not hang on the base {base}; wants a link beyond the base"
+                "tip: got {tip}, which does not hang on the base {base}; wants a link beyond the \
+                 base"
             )));
         };
         if joints.len() == tree.joints.len() {
@@ -110,7 +111,8 @@ fn only_end(tree: &Tree, base: usize) -> Result<usize, ReadError> {
             let shown: Vec<_> = shown.collect();
             let more = if ends.len() > shown.len() { ", …" } else { "" };
             Err(ReadError::new(format!(
-                "tip: got none, but the robot has {} ends; choose one of {}{more}, or a link before",
+                "tip: got none, but the robot has {} ends; choose one of {}{more}, or a link \
+                 before",
                 ends.len(),
                 shown.join(", ")
             )))
@@ -128,14 +130,16 @@ fn refuse_dependent(source: &Source, tree: &Tree, joint: usize) -> Result<(), Re
         (_, None) => return Ok(()),
         (_, Some(at)) => {
             let message = format!(
-                "joint {name}, <mimic>: got a joint that follows another, wants independent ones between base and \
+                "joint {name}, <mimic>: got a joint that follows another, wants independent ones \
+                 between base and \
                  tip; choose a tip before it, or make it fixed"
             );
             return Err(source.error(at, message));
         }
     };
     let message = format!(
-        "joint {name}: got {what}, wants revolute, continuous, prismatic or fixed ones between base and tip; choose a \
+        "joint {name}: got {what}, wants revolute, continuous, prismatic or fixed ones between \
+         base and tip; choose a \
          base beyond it"
     );
     Err(source.error(joint.at, message))

@@ -1,4 +1,5 @@
-//! What a user must know of the chain that was cut out of a file: notes, and gravity in the base's axes.
+//! What a user must know of the chain that was cut out of a file: notes, and gravity in the base's
+//! axes.
 
 use nalgebra::Vector3;
 
@@ -13,7 +14,8 @@ use crate::robot::{Description, ReadError};
 
 /// Most faults outside the chain that are told one by one.
 const MOST_FAULTS: usize = 20;
-/// Longer strokes than this are no gripper's [m]: parallel grippers open by 0.05 to 0.2 m, half of it a finger.
+/// Longer strokes than this are no gripper's [m]: parallel grippers open by 0.05 to 0.2 m, half of
+/// it a finger.
 const STROKE: f64 = 0.11;
 /// Words in the names of a gripper's joints and links.
 const GRIPPER: [&str; 6] = ["finger", "gripper", "jaw", "knuckle", "thumb", "claw"];
@@ -47,7 +49,8 @@ pub(super) fn add(
     }
     if !layout.held.is_empty() {
         notes.push(format!(
-            "joints beside or beyond the chain are held at 0, their links' mass is part of the link that carries them: {}",
+            "joints beside or beyond the chain are held at 0, their links' mass is part of the \
+             link that carries them: {}",
             names(layout.held.iter().collect())
         ));
     }
@@ -63,8 +66,9 @@ pub(super) fn add(
     Ok(())
 }
 
-const NO_ROTOR: &str = "no rotor inertia in this file: behind a gear, gear² · rotor is often most of what a wrist's joint \
-    moves; without it the inertia of the last joints, and the torque that gains or stops give for it, mean little";
+const NO_ROTOR: &str = "no rotor inertia in this file: behind a gear, gear² · rotor is often most \
+    of what a wrist's joint moves; without it the inertia of the last joints, and the stiffness of \
+    gains and stops that is reckoned from it, mean little";
 
 /// Gravity is given in the root's axes: g_base = Rᵀ g_root.
 fn gravity(
@@ -86,7 +90,8 @@ fn gravity(
     let [x, y, z] = description.gravity;
     let (root, base) = (quoted(tree.links[path.root].name), quoted(tree.links[path.base].name));
     Ok(Some(format!(
-        "the base {base} is turned against the root {root}: gravity, given in the root's axes, is [{x:.4}, {y:.4}, {z:.4}] \
+        "the base {base} is turned against the root {root}: gravity, given in the root's axes, \
+         is [{x:.4}, {y:.4}, {z:.4}] \
          m/s^2 in the base's"
     )))
 }
@@ -118,7 +123,8 @@ fn gripper(tree: &Tree, joint: usize, description: &Description) -> Option<Strin
     (named || short).then(|| {
         let parent = tree.ends[joint].0;
         format!(
-            "joint {} is the last of the chain, as no tip was named, and looks like a gripper's; name the tip, such as {}, \
+            "joint {} is the last of the chain, as no tip was named, and looks like a gripper's; \
+             name the tip, such as {}, \
              if it is none of the arm's",
             quoted(&last.name),
             quoted(tree.links[parent].name)

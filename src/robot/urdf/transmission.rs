@@ -1,8 +1,9 @@
 //! `<transmission>`: the rotor's inertia through the gear, J = n² J_m.
 //!
-//! Where one of Drake's tags stands, n is `gear_ratio` and J_m `rotor_inertia`, as in its `default_reflected_inertia`; else
-//! they are `mechanicalReduction` and `motorInertia`, as in ROS. An n that is not stated is 1. Numbers stand in `value` or
-//! as text, names with any prefix. Source: drake.mit.edu, "Parsing Models in Drake"; wiki.ros.org/urdf/XML/Transmission.
+//! Where one of Drake's tags stands, n is `gear_ratio` and J_m `rotor_inertia`, as in its
+//! `default_reflected_inertia`; else they are `mechanicalReduction` and `motorInertia`, as in ROS.
+//! An n that is not stated is 1. Numbers stand in `value` or as text, names with any prefix.
+//! Source: drake.mit.edu, "Parsing Models in Drake"; wiki.ros.org/urdf/XML/Transmission.
 
 use std::collections::BTreeMap;
 
@@ -59,7 +60,8 @@ impl Rotors {
                 if let Some(name) = names.map(str::trim).find(|&name| chain(name)) {
                     let line = source.line(node.range().start);
                     self.notes.push(format!(
-                        "joint {}: its rotor is not used, as <transmission> in line {line} has several joints",
+                        "joint {}: its rotor is not used, as <transmission> in line {line} has \
+                         several joints",
                         quoted(name)
                     ));
                 }
@@ -116,7 +118,8 @@ impl Rotors {
             return Ok(Some(armature));
         }
         let message = format!(
-            "transmission: got a rotor of {motor} kg m^2 behind a gear of {gear}, wants a finite number >= 0"
+            "transmission: got a rotor of {motor} kg m^2 behind a gear of {gear}, wants a finite \
+             number >= 0"
         );
         Err(source.error(inertia.range().start, message))
     }

@@ -1,6 +1,7 @@
 //! Links and joints as a tree: names are unique, every link but the root has one parent, nothing goes in circles.
 //!
-//! What breaks the tree is kept as a fault: it refuses the file only where it concerns what is asked for.
+//! What breaks the tree is kept as a fault: it refuses the file only where it concerns what is
+//! asked for.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -163,7 +164,8 @@ impl<'n, 'i> Tree<'n, 'i> {
             [_, second, ..] => {
                 let names: Vec<_> = roots.iter().map(|&root| self.links[root].name).collect();
                 let message = format!(
-                    "links: got {} without a parent ({}), wants one root; join them by fixed joints, or name a tip",
+                    "links: got {} without a parent ({}), wants one root; join them by fixed \
+                     joints, or name a tip",
                     roots.len(),
                     listed(names.into_iter())
                 );
@@ -174,7 +176,8 @@ impl<'n, 'i> Tree<'n, 'i> {
         Ok(root)
     }
 
-    /// Every link must be reached from the root; as each has one parent, those that are not go in circles.
+    /// Every link must be reached from the root; as each has one parent, those that are not go in
+    /// circles.
     fn refuse_circles(&self, source: &Source, root: usize) -> Result<(), ReadError> {
         let mut reached = vec![false; self.links.len()];
         let mut waiting = vec![root];
