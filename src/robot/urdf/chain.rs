@@ -8,7 +8,7 @@ use super::transmission::Rotors;
 use super::tree::Tree;
 use super::{remarks, size};
 use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
-use crate::robot::error::quoted;
+use crate::robot::error::{first_of, quoted};
 use crate::robot::{Description, JointDescription, ReadError, checks, frames};
 
 /// A link that moves with a joint of the chain, or with the base.
@@ -37,6 +37,9 @@ pub(super) struct Layout {
     pub held: Vec<usize>,
     /// Links that move and state no mass, or none that can be read.
     pub massless: Vec<usize>,
+    /// What given masses replaced.
+    given: Vec<String>,
+    /// What was left out.
     notes: Vec<String>,
 }
 
@@ -77,11 +80,14 @@ pub(super) fn description(
         });
     }
     remarks::add(source, tree, path, &layout, &mut description)?;
-    description.notes.append(&mut layout.notes);
     let moved = |name: &str| tree.named("", name).is_ok_and(|link| layout.moves(link));
-    description.notes.extend(options.unmoved(moved));
-    description.notes.extend_from_slice(&rotors.notes);
-    description.notes.extend(description.joints.iter().filter_map(size::note));
+    let unmoved = options.unmoved(moved);
+    let notes = &mut description.notes;
+    notes.append(&mut layout.given);
+    notes.extend(unmoved);
+    notes.extend(first_of(layout.notes));
+    notes.extend(first_of(rotors.notes.clone()));
+    notes.extend(first_of(description.joints.iter().filter_map(size::note).collect()));
     check(source, tree, &layout.moving, &description)?;
     Ok(description)
 }
@@ -149,7 +155,7 @@ impl Layout {
             let Some(parts) = body.checked_sub(1).and_then(|body| bodies.get_mut(body)) else {
                 continue;
             };
-            let read = options.inertial(source, link, &mut self.notes);
+            let read = options.inertial(source, link, &mut self.given);
             match read {
                 Ok(Some(inertial)) => {
                     link.check(source, &inertial)?;

@@ -70,7 +70,7 @@ impl Description {
         let lenient = lenient::lenient(text);
         let document = roxmltree::Document::parse_with_options(&lenient, parsing)
             .map_err(|error| not_xml(text, &error))?;
-        let source = Source { text };
+        let source = Source::new(text);
         let robot = document.root_element();
         if source.name(robot) != "robot" {
             let message =
