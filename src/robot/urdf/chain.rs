@@ -103,8 +103,8 @@ impl Layout {
             for &index in tree.carried[link].iter().rev() {
                 let joint = &tree.joints[index];
                 let child = tree.ends[index].1;
-                // Beside the base nothing moves; a base that hangs on itself ends where it begins.
-                if child == path.base || (place.body == 0 && !on_path[index]) {
+                // Beside the base nothing moves.
+                if place.body == 0 && !on_path[index] {
                     continue;
                 }
                 let origin = match joint.origin(source) {

@@ -13,6 +13,7 @@ mod path;
 mod remarks;
 mod scan;
 mod size;
+mod solid;
 mod transmission;
 mod tree;
 mod unused;
