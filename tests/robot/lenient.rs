@@ -231,3 +231,21 @@ fn what_xacro_would_put_into_the_chain_names_xacrodoc() {
         assert!(error.contains("pip install xacrodoc") && error.starts_with("line "), "{error}");
     }
 }
+
+/// Files as they are found, one of each kind; `benches/robot_files.py` reads them too.
+#[test]
+fn files_of_these_kinds_are_read() {
+    let read = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robot/files");
+        Description::from_urdf_file(format!("{folder}/{name}.urdf"), None, None, GRAVITY).unwrap()
+    };
+    let rotors = read("rotors");
+    let armatures: Vec<_> = rotors.joints.iter().map(|joint| joint.link.armature).collect();
+    assert_eq!(armatures, [160.0 * 160.0 * 0.0001321; 2]);
+    let odd = read("odd");
+    assert_eq!(odd.joints[0].name, "\u{e9}paule");
+    let masses: Vec<_> = odd.joints.iter().map(|joint| joint.link.inertia).collect();
+    let same: Vec<_> = rotors.joints.iter().map(|joint| joint.link.inertia).collect();
+    assert_eq!(masses, same);
+    assert_eq!(read("massless").joints[0].link.inertia.mass, 0.0);
+}
