@@ -3,17 +3,14 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::convert::{
-    Array1, Array2, Array3, matrices, matrix_of, numbers, owned1, owned2, renamed, scalar_or,
-    whole, wrong_shape,
-};
+use super::convert::{Array1, Array2, Array3, matrices, owned1, owned2, renamed, scalar_or, whole};
 use super::dispatch::for_joints;
 use super::serial_arm::{SerialArm, serial_arm};
-use super::serial_files::{self, dh_rows};
+use super::serial_files::{self, dh_rows, moments, triple};
 use super::{read_error, value_error};
 use crate::arm::{Inertia, Perturbation, Pose};
 use crate::math::Matrix;
-use crate::robot::{Description, GRAVITY, shipped};
+use crate::robot::{Description, GRAVITY, UrdfOptions, shipped};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -60,17 +57,27 @@ impl PySerial {
     /// From a URDF: a path, or the text itself.
     #[staticmethod]
     #[pyo3(
-        signature = (path_or_text, base=None, tip=None, gravity=None),
-        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81))"
+        signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None,
+            inertials=None),
+        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, \
+            masses=None, inertials=None)"
     )]
     fn from_urdf(
         path_or_text: Any<'_, '_>,
         base: Option<String>,
         tip: Option<String>,
         gravity: Option<Any<'_, '_>>,
+        masses: Option<Any<'_, '_>>,
+        inertials: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let gravity = gravity.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))?;
-        Self::new(serial_files::urdf(path_or_text, base.as_deref(), tip.as_deref(), gravity)?)
+        let options = UrdfOptions {
+            base,
+            tip,
+            gravity: gravity.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))?,
+            masses: serial_files::masses(masses)?,
+            inertials: serial_files::inertials(inertials)?,
+        };
+        Self::new(serial_files::urdf(path_or_text, &options)?)
     }
 
     /// From a Denavit-Hartenberg table.
@@ -155,7 +162,8 @@ impl PySerial {
         inertia: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
-        let moments = inertia.map_or(Ok(Matrix::<3>::zeros()), moments)?;
+        let moments =
+            inertia.map_or(Ok(Matrix::<3>::zeros()), |value| moments(value, "inertia"))?;
         let mass = super::convert::scalar(mass, "mass")?;
         let body = Inertia { mass, com, moments };
         let arm =
@@ -377,24 +385,4 @@ fn homogeneous(pose: &Pose) -> [f64; 16] {
         (row, 3) => p[row],
         (row, column) => r[(row, column)],
     })
-}
-
-/// Three numbers.
-fn triple(value: Any<'_, '_>, name: &str) -> PyResult<[f64; 3]> {
-    let list = numbers(value, name)?;
-    match <[f64; 3]>::try_from(list.values) {
-        Ok(values) if list.shape.len() == 1 => Ok(values),
-        _ => Err(wrong_shape(name, &list.shape, "(3,)")),
-    }
-}
-
-/// Moments of inertia: the same about all axes, a diagonal, or a matrix.
-fn moments(value: Any<'_, '_>) -> PyResult<Matrix<3>> {
-    let list = numbers(value, "inertia")?;
-    match list.shape[..] {
-        [] => Ok(Matrix::<3>::from_diagonal_element(list.values[0])),
-        [3] => Ok(Matrix::<3>::from_diagonal(&triple(value, "inertia")?.into())),
-        [3, 3] => Ok(Matrix::<3>::from_row_slice(&matrix_of(value, "inertia", 3, 3)?)),
-        _ => Err(wrong_shape("inertia", &list.shape, "a scalar, (3,) or (3, 3)")),
-    }
 }

@@ -10,7 +10,7 @@ use super::convert::{
 };
 use super::value_error;
 use crate::arm::{Arm, Inertia, JointStop, Link, Perturbation, Pose, Serial, SerialParameters};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::robot::Description;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -94,7 +94,17 @@ pub(super) fn serial_arm<const N: usize>(
     let links = description.links::<N>().map_err(super::read_error)?;
     let Description { tip, gravity, .. } = *description;
     let arm = Serial::new(SerialParameters { links, tip, gravity });
-    Ok(Box::new(arm.map_err(value_error)?))
+    Ok(Box::new(arm.map_err(|error| of_joint(error, description))?))
+}
+
+/// An error of the arm as a whole, with the names of the joint and the link.
+fn of_joint(error: Error, description: &Description) -> PyErr {
+    let Error::OutOfRange { parameter: "inertia", index: Some(joint), .. } = error else {
+        return value_error(error);
+    };
+    let Some(joint) = description.joints.get(joint) else { return value_error(error) };
+    let (name, link) = (&joint.name, &joint.link_name);
+    PyValueError::new_err(format!("{error}: joint {name:?}, link {link:?} with what hangs on it"))
 }
 
 impl<const N: usize> SerialArm for Serial<N> {

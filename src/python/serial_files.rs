@@ -1,17 +1,18 @@
 //! Robot descriptions from Python's arguments: paths, texts, and tables.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyMapping, PyString};
 
-use super::convert::{Numbers, numbers, word, wrong_shape, wrong_type};
+use super::convert::{Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
 use super::{read_error, saving};
 use crate::arm::{Inertia, JointFriction, JointKind};
 use crate::math::Matrix;
-use crate::robot::{Convention, Description, DhRow};
+use crate::robot::{Convention, Description, DhRow, UrdfOptions};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -35,17 +36,72 @@ fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<Source
     Ok(Source::Path(path))
 }
 
-pub(super) fn urdf(
-    value: Any<'_, '_>,
-    base: Option<&str>,
-    tip: Option<&str>,
-    gravity: [f64; 3],
-) -> PyResult<Description> {
+pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Description> {
     match source(value, |text| text.trim_start_matches('\u{feff}').trim_start().starts_with('<'))? {
-        Source::Text(text) => Description::from_urdf(&text, base, tip, gravity),
-        Source::Path(path) => Description::from_urdf_file(path, base, tip, gravity),
+        Source::Text(text) => Description::from_urdf_with(&text, options),
+        Source::Path(path) => Description::from_urdf_file_with(path, options),
     }
     .map_err(read_error)
+}
+
+/// `{link: kg}`.
+pub(super) fn masses(value: Option<Any<'_, '_>>) -> PyResult<BTreeMap<String, f64>> {
+    by_link(value, "masses", "a dict of masses by link", |mass, name| scalar(&mass, name))
+}
+
+/// `{link: (mass, com, moments)}`.
+pub(super) fn inertials(value: Option<Any<'_, '_>>) -> PyResult<BTreeMap<String, Inertia>> {
+    let wanted = "a dict of (mass, com, moments) by link";
+    by_link(value, "inertials", wanted, |parts, name| {
+        let parts = parts.extract::<[Bound<'_, PyAny>; 3]>();
+        let [mass, com, moments_of] = parts
+            .map_err(|_| PyValueError::new_err(format!("{name}: wants (mass, com, moments)")))?;
+        Ok(Inertia {
+            mass: scalar(&mass, &format!("{name}, mass"))?,
+            com: triple(&com, &format!("{name}, com"))?.into(),
+            moments: moments(&moments_of, &format!("{name}, moments"))?,
+        })
+    })
+}
+
+/// A mapping by the names of links; nothing where it is absent.
+fn by_link<'py, T>(
+    value: Option<Any<'_, 'py>>,
+    argument: &str,
+    wanted: &str,
+    read: impl Fn(Bound<'py, PyAny>, &str) -> PyResult<T>,
+) -> PyResult<BTreeMap<String, T>> {
+    let Some(value) = value else { return Ok(BTreeMap::new()) };
+    let mapping = value.cast::<PyMapping>().map_err(|_| wrong_type(argument, value, wanted))?;
+    let mut found = BTreeMap::new();
+    for item in mapping.items()?.iter() {
+        let (key, value) = item.extract::<(Bound<'py, PyAny>, Bound<'py, PyAny>)>()?;
+        let link: String =
+            key.extract().map_err(|_| wrong_type(argument, &key, "names of links"))?;
+        let read = read(value, &format!("{argument}[{link:?}]"))?;
+        found.insert(link, read);
+    }
+    Ok(found)
+}
+
+/// Three numbers.
+pub(super) fn triple(value: Any<'_, '_>, name: &str) -> PyResult<[f64; 3]> {
+    let list = numbers(value, name)?;
+    match <[f64; 3]>::try_from(list.values) {
+        Ok(values) if list.shape.len() == 1 => Ok(values),
+        _ => Err(wrong_shape(name, &list.shape, "(3,)")),
+    }
+}
+
+/// Moments of inertia: the same about all axes, a diagonal, or a matrix.
+pub(super) fn moments(value: Any<'_, '_>, name: &str) -> PyResult<Matrix<3>> {
+    let list = numbers(value, name)?;
+    match list.shape[..] {
+        [] => Ok(Matrix::<3>::from_diagonal_element(list.values[0])),
+        [3] => Ok(Matrix::<3>::from_diagonal(&triple(value, name)?.into())),
+        [3, 3] => Ok(Matrix::<3>::from_row_slice(&matrix_of(value, name, 3, 3)?)),
+        _ => Err(wrong_shape(name, &list.shape, "a scalar, (3,) or (3, 3)")),
+    }
 }
 
 pub(super) fn toml(value: Any<'_, '_>) -> PyResult<Description> {

@@ -71,8 +71,10 @@ pub(super) fn carried(inertia: &Inertia, pose: &Pose) -> Inertia {
 
 /// Several bodies of one frame as one: I = Σ Iₖ + mₖ (dₖᵀdₖ 1 − dₖdₖᵀ), dₖ = cₖ − c.
 pub(super) fn merged(parts: &[Inertia]) -> Inertia {
-    if let [one] = parts {
-        return *one;
+    match parts {
+        [] => return Inertia::NONE,
+        [one] => return *one,
+        _ => {}
     }
     let mass: f64 = parts.iter().map(|part| part.mass).sum();
     let com = match mass > 0.0 {

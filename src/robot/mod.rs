@@ -23,6 +23,8 @@ pub use dh::{Convention, DhRow};
 pub use error::ReadError;
 #[cfg(feature = "urdf")]
 pub use shipped::{SHIPPED, shipped};
+#[cfg(feature = "urdf")]
+pub use urdf::UrdfOptions;
 
 use crate::arm::{Link, Pose};
 use error::quoted;

@@ -1,11 +1,15 @@
 //! Robot descriptions: URDF, Denavit-Hartenberg tables, TOML, and the arms that ship.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod aside;
 mod broken;
 mod chains;
 mod dh;
 mod dynamics;
 mod hostile;
+mod lenient;
+mod masses;
+mod rotors;
 mod shipped;
 mod tables;
 mod toml;
