@@ -5,8 +5,11 @@ mod serial;
 mod two_link;
 
 pub use friction::{Friction, JointFriction};
+#[cfg(feature = "std")]
+pub(crate) use serial::{Flaw, SYMMETRIC};
 pub use serial::{
     Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
+    Unphysical,
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 

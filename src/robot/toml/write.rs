@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::FORMAT;
-use crate::arm::{JointFriction, JointKind, JointLimits, JointStop, Pose};
+use crate::arm::{JointFriction, JointKind, JointLimits, JointStop, Pose, Unphysical};
 use crate::math::Matrix;
 use crate::robot::{Description, JointDescription};
 
@@ -14,6 +14,7 @@ const HEADER: &str = "\
 # Units: m, rad, kg, kg m^2, N m, m/s^2; for a prismatic joint m instead of rad, N instead of N m.
 # translation, rotation   the joint's frame in the frame of the link before (the base for the first), at q = 0;
 #                         rotation row by row, absent for none. [tip]: the tip in the frame of the last link.
+# unphysical              what is done about links that no body is: refuse (if absent), note or nearest
 # axis                    of the joint, in its own frame, of length 1
 # mass, com, moments      of the link, in the joint's frame; moments about the centre of mass
 # armature                inertia of the rotor, seen through the gear
@@ -24,10 +25,13 @@ const HEADER: &str = "\
 
 /// The whole file. Writing into a string cannot fail.
 pub(super) fn text(description: &Description) -> String {
-    let Description { name, joints, tip, gravity, notes } = description;
+    let Description { name, joints, tip, gravity, notes, unphysical } = description;
     let mut out = String::from(HEADER);
     let _ = writeln!(out, "\nformat = {FORMAT}\nname = {}", string(name));
     let _ = writeln!(out, "gravity = {}", list(gravity));
+    if *unphysical != Unphysical::Refuse {
+        let _ = writeln!(out, "unphysical = {}", string(unphysical.name()));
+    }
     if !notes.is_empty() {
         let notes: String = notes.iter().map(|note| format!("    {},\n", string(note))).collect();
         let _ = writeln!(out, "notes = [\n{notes}]");

@@ -3,9 +3,10 @@
 use super::elements::Source;
 use super::joint::{JointPart, Motion};
 use super::tree::{Path, Tree};
-use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
+use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose, Unphysical};
+use crate::robot::checks::Problem;
 use crate::robot::error::{listed, quoted};
-use crate::robot::{Description, JointDescription, ReadError, checks, frames};
+use crate::robot::{Description, JointDescription, ReadError, checks};
 
 /// A link that moves with a joint of the chain, or with the base.
 #[derive(Clone, Copy)]
@@ -14,6 +15,13 @@ struct Place {
     body: usize,
     /// Its frame in that of the last of them.
     pose: Pose,
+}
+
+/// A link that moves with a joint of the chain, in the joint's frame.
+#[derive(Clone, Copy)]
+struct Part {
+    link: usize,
+    inertia: Inertia,
 }
 
 /// A joint of the chain with its frame in that of the one before.
@@ -28,6 +36,7 @@ pub(super) fn description(
     tree: &Tree,
     path: &Path,
     gravity: [f64; 3],
+    unphysical: Unphysical,
 ) -> Result<Description, ReadError> {
     let (places, moving, held) = places(tree, path);
     if moving.is_empty() {
@@ -37,13 +46,14 @@ pub(super) fn description(
             quoted(&tree.links[path.tip].name)
         )));
     }
-    let bodies = bodies(source, tree, &places, moving.len())?;
+    let bodies = bodies(tree, &places, moving.len());
     let mut description = Description {
         name: String::new(),
         joints: Vec::with_capacity(moving.len()),
-        tip: places[path.tip].map_or(frames::identity(), |place| place.pose),
+        tip: places[path.tip].map_or(Pose::IDENTITY, |place| place.pose),
         gravity,
         notes: Vec::new(),
+        unphysical,
     };
     for (moving, parts) in moving.iter().zip(&bodies) {
         let joint = &tree.joints[moving.joint];
@@ -59,7 +69,11 @@ pub(super) fn description(
     }
     description.notes.extend(held_note(tree, &held));
     description.notes.extend(massless_note(tree, &places, path, &held));
-    check(source, tree, &moving, &description)?;
+    checks::take(&mut description)
+        .map_err(|problem| located(source, tree, (&moving, &bodies), problem, unphysical))?;
+    for (joint, parts) in description.joints.iter().zip(&bodies) {
+        description.notes.extend(part_notes(tree, parts, joint));
+    }
     Ok(description)
 }
 
@@ -69,17 +83,17 @@ fn places(tree: &Tree, path: &Path) -> (Vec<Option<Place>>, Vec<Moving>, Vec<usi
     path.joints.iter().for_each(|&joint| on_path[joint] = true);
     let mut places = vec![None; tree.links.len()];
     let (mut moving, mut held) = (Vec::new(), Vec::new());
-    let mut waiting = vec![(path.base, Place { body: 0, pose: frames::identity() })];
+    let mut waiting = vec![(path.base, Place { body: 0, pose: Pose::IDENTITY })];
     while let Some((link, place)) = waiting.pop() {
         places[link] = Some(place);
         for &index in tree.carried[link].iter().rev() {
             let joint = &tree.joints[index];
-            let pose = frames::compose(&place.pose, &joint.origin);
+            let pose = place.pose.then(&joint.origin);
             let child = tree.ends[index].1;
             if joint.moves() && on_path[index] {
                 // The joints of the path come one after another, as each hangs on the one before.
                 moving.push(Moving { joint: index, placement: pose });
-                waiting.push((child, Place { body: place.body + 1, pose: frames::identity() }));
+                waiting.push((child, Place { body: place.body + 1, pose: Pose::IDENTITY }));
                 continue;
             }
             if joint.moves() && place.body > 0 {
@@ -92,34 +106,24 @@ fn places(tree: &Tree, path: &Path) -> (Vec<Option<Place>>, Vec<Moving>, Vec<usi
     (places, moving, held)
 }
 
-/// The mass distributions that each joint of the chain moves, in the joint's frame.
-fn bodies(
-    source: &Source,
-    tree: &Tree,
-    places: &[Option<Place>],
-    joints: usize,
-) -> Result<Vec<Vec<Inertia>>, ReadError> {
+/// The links with a mass distribution that each joint of the chain moves, in the joint's frame.
+fn bodies(tree: &Tree, places: &[Option<Place>], joints: usize) -> Vec<Vec<Part>> {
     let mut bodies = vec![Vec::new(); joints];
-    for (link, place) in tree.links.iter().zip(places) {
-        let (Some(inertial), Some(place)) = (&link.inertial, place) else { continue };
+    for (link, (stated, place)) in tree.links.iter().zip(places).enumerate() {
+        let (Some(inertial), Some(place)) = (&stated.inertial, place) else { continue };
         let body = place.body.checked_sub(1).and_then(|body| bodies.get_mut(body));
         if let Some(parts) = body {
-            link.check(source, inertial)?;
-            parts.push(frames::carried(&inertial.inertia, &place.pose));
+            parts.push(Part { link, inertia: inertial.inertia.transformed(&place.pose) });
         }
     }
-    Ok(bodies)
+    bodies
 }
 
 /// One mass distribution of several; a link that moves must have mass.
-fn merged(
-    source: &Source,
-    tree: &Tree,
-    link: usize,
-    parts: &[Inertia],
-) -> Result<Inertia, ReadError> {
-    let inertia = frames::merged(parts);
-    if inertia.mass > 0.0 {
+fn merged(source: &Source, tree: &Tree, link: usize, parts: &[Part]) -> Result<Inertia, ReadError> {
+    let inertias = parts.iter().map(|part| part.inertia);
+    let inertia = inertias.reduce(|body, part| body.plus(&part)).unwrap_or_default();
+    if inertia.mass != 0.0 {
         return Ok(inertia);
     }
     let link = &tree.links[link];
@@ -131,6 +135,24 @@ fn merged(
         false => format!("link {name}, <mass value>: got 0, wants a number > 0, as it moves"),
     };
     Err(source.error(link.at, message))
+}
+
+/// Parts that are no body by themselves, of a body that is one.
+fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<String> {
+    let whole = &body.link.inertia;
+    if parts.len() < 2 || checks::how_far(whole).is_some() {
+        return Vec::new();
+    }
+    let flaws = parts.iter().filter_map(|part| Some((part.link, checks::how_far(&part.inertia)?)));
+    let carrier = quoted(&body.link_name);
+    flaws
+        .map(|(link, how_far)| {
+            let link = quoted(&tree.links[link].name);
+            format!(
+                "link {link}: no body has {how_far}; with all that moves with {carrier} it is one"
+            )
+        })
+        .collect()
 }
 
 fn link(joint: &JointPart, placement: Pose, inertia: Inertia, armature: f64) -> Link {
@@ -181,17 +203,22 @@ fn massless_note(
     })
 }
 
-/// The checks of every description, here against numbers that are each finite but not together.
-fn check(
+/// A problem with its line: of the first link that is no body, or of the joint.
+fn located(
     source: &Source,
     tree: &Tree,
-    moving: &[Moving],
-    description: &Description,
-) -> Result<(), ReadError> {
-    checks::check(description).map_err(|problem| {
-        match problem.joint.and_then(|joint| moving.get(joint)) {
-            Some(moving) => source.error(tree.joints[moving.joint].at, problem.message),
-            None => ReadError::new(problem.message),
-        }
-    })
+    (moving, bodies): (&[Moving], &[Vec<Part>]),
+    problem: Problem,
+    unphysical: Unphysical,
+) -> ReadError {
+    let Some((joint, moving)) = problem.joint.and_then(|at| Some((at, moving.get(at)?))) else {
+        return problem.into();
+    };
+    let parts = bodies.get(joint).filter(|_| problem.of_body).into_iter().flatten();
+    let more = checks::way_on(unphysical);
+    let of_part = |part: &Part| tree.links[part.link].problem(source, more);
+    parts
+        .filter_map(of_part)
+        .next()
+        .unwrap_or_else(|| source.error(tree.joints[moving.joint].at, problem.message))
 }

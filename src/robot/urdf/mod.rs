@@ -15,6 +15,7 @@ use std::path::Path;
 
 use super::error::quoted;
 use super::{Description, ReadError, files};
+use crate::arm::Unphysical;
 use elements::Source;
 use tree::Tree;
 
@@ -35,6 +36,21 @@ impl Description {
         tip: Option<&str>,
         gravity: [f64; 3],
     ) -> Result<Self, ReadError> {
+        Self::from_urdf_taking(text, base, tip, gravity, Unphysical::Refuse)
+    }
+
+    /// [`Description::from_urdf`], with a say in what is done about a link that no body is: all that moves with a joint,
+    /// together. What is no body by itself but part of one is noted in any case.
+    ///
+    /// # Errors
+    /// As there, but for what is to be taken.
+    pub fn from_urdf_taking(
+        text: &str,
+        base: Option<&str>,
+        tip: Option<&str>,
+        gravity: [f64; 3],
+        unphysical: Unphysical,
+    ) -> Result<Self, ReadError> {
         scan::check(text)?;
         let options = roxmltree::ParsingOptions {
             allow_dtd: false,
@@ -53,7 +69,7 @@ impl Description {
         source.refuse_macros(robot)?;
         let tree = Tree::read(&source, robot)?;
         let path = tree.path(&source, base, tip)?;
-        let mut description = chain::description(&source, &tree, &path, gravity)?;
+        let mut description = chain::description(&source, &tree, &path, gravity, unphysical)?;
         description.name = robot.attribute("name").unwrap_or("robot").to_owned();
         description.notes.extend(unused::notes(&source, robot));
         Ok(description)
