@@ -59,6 +59,20 @@ pub struct JointDescription {
 }
 
 impl Description {
+    /// What `read` makes of the text of a file of limited size; its errors name the file.
+    ///
+    /// # Errors
+    /// As `read`, and if the file cannot be read.
+    #[cfg(feature = "urdf")]
+    pub fn from_file(
+        path: impl AsRef<std::path::Path>,
+        read: impl FnOnce(&str) -> Result<Self, ReadError>,
+    ) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let text = files::read(path)?;
+        read(&text).map_err(|error| files::named(path, error))
+    }
+
     /// The links as an array, for an arm of `N` joints.
     ///
     /// # Errors

@@ -1,6 +1,7 @@
 //! Robot descriptions: URDF, Denavit-Hartenberg tables, TOML, and the arms that ship.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod bodies;
 mod broken;
 mod chains;
 mod dh;

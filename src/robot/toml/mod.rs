@@ -63,9 +63,7 @@ impl Description {
     /// # Errors
     /// As there, and if the file cannot be read.
     pub fn from_toml_file(path: impl AsRef<Path>) -> Result<Self, ReadError> {
-        let path = path.as_ref();
-        let text = files::read(path)?;
-        Self::from_toml(&text).map_err(|error| files::named(path, error))
+        Self::from_file(path, Self::from_toml)
     }
 }
 

@@ -14,7 +14,7 @@ mod unused;
 use std::path::Path;
 
 use super::error::quoted;
-use super::{Description, ReadError, files};
+use super::{Description, ReadError};
 use crate::arm::Unphysical;
 use elements::Source;
 use tree::Tree;
@@ -85,9 +85,7 @@ impl Description {
         tip: Option<&str>,
         gravity: [f64; 3],
     ) -> Result<Self, ReadError> {
-        let path = path.as_ref();
-        let text = files::read(path)?;
-        Self::from_urdf(&text, base, tip, gravity).map_err(|error| files::named(path, error))
+        Self::from_file(path, |text| Self::from_urdf(text, base, tip, gravity))
     }
 }
 
