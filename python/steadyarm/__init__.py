@@ -16,6 +16,7 @@ from importlib.metadata import version as _version
 from . import paper
 from ._core import (
     ComputedTorque,
+    Excess,
     FuzzyApproximator,
     FuzzyBasis,
     FuzzyCompensator,
@@ -40,6 +41,7 @@ __all__ = [
     "Certificate",
     "ComputedTorque",
     "DesignReport",
+    "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",

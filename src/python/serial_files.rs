@@ -6,12 +6,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 
-use super::convert::{Numbers, numbers, word, wrong_shape, wrong_type};
+use super::convert::{Numbers, matrix_of, numbers, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
 use super::{read_error, saving};
-use crate::arm::{Inertia, JointFriction, JointKind};
+use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
-use crate::robot::{Convention, Description, DhRow};
+use crate::robot::{Convention, Description, DhRow, GRAVITY, ReadError};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -37,27 +37,97 @@ fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<Source
 
 pub(super) fn urdf(
     value: Any<'_, '_>,
-    base: Option<&str>,
-    tip: Option<&str>,
-    gravity: [f64; 3],
+    [base, tip]: [Option<&str>; 2],
+    gravity: Option<Any<'_, '_>>,
+    policy: Option<Any<'_, '_>>,
 ) -> PyResult<Description> {
-    match source(value, |text| text.trim_start_matches('\u{feff}').trim_start().starts_with('<'))? {
-        Source::Text(text) => Description::from_urdf(&text, base, tip, gravity),
-        Source::Path(path) => Description::from_urdf_file(path, base, tip, gravity),
+    let (gravity, policy) = (gravity_of(gravity)?, policy.map(unphysical).transpose()?);
+    let is_text = |text: &str| text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
+    description(source(value, is_text)?, |text| {
+        Description::from_urdf_taking(text, base, tip, gravity, policy.unwrap_or_default())
+    })
+}
+
+/// What is done about links that no body is stands in the file, unless it is given.
+pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<Description> {
+    let policy = policy.map(unphysical).transpose()?;
+    description(source(value, |text| text.contains('\n'))?, |text| match policy {
+        Some(policy) => Description::from_toml_taking(text, policy),
+        None => Description::from_toml(text),
+    })
+}
+
+/// From a table.
+pub(super) fn dh(
+    columns: &Columns<'_, '_>,
+    convention: Option<Any<'_, '_>>,
+    gravity: Option<Any<'_, '_>>,
+    name: &str,
+    policy: Option<Any<'_, '_>>,
+) -> PyResult<Description> {
+    let (gravity, policy) = (gravity_of(gravity)?, policy.map(unphysical).transpose()?);
+    let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
+    Description::from_dh_taking(name, &rows, convention, gravity, policy.unwrap_or_default())
+        .map_err(read_error)
+}
+
+fn gravity_of(value: Option<Any<'_, '_>>) -> PyResult<[f64; 3]> {
+    value.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))
+}
+
+fn description(
+    source: Source,
+    read: impl FnOnce(&str) -> Result<Description, ReadError>,
+) -> PyResult<Description> {
+    match source {
+        Source::Text(text) => read(&text),
+        Source::Path(path) => Description::from_file(path, read),
     }
     .map_err(read_error)
 }
 
-pub(super) fn toml(value: Any<'_, '_>) -> PyResult<Description> {
-    match source(value, |text| text.contains('\n'))? {
-        Source::Text(text) => Description::from_toml(&text),
-        Source::Path(path) => Description::from_toml_file(path),
+/// What is done about links that no body is.
+fn unphysical(value: Any<'_, '_>) -> PyResult<Unphysical> {
+    const ALL: [Unphysical; 3] = [Unphysical::Refuse, Unphysical::Note, Unphysical::Nearest];
+    let name = word(value, "unphysical", ALL.map(Unphysical::name))?;
+    Ok(ALL.into_iter().find(|one| one.name() == name).unwrap_or_default())
+}
+
+/// Refuses stops for an arm whose joints have no ends.
+pub(super) fn refuse_stops_without_ends(links: &[Link], stiffness: &[f64]) -> PyResult<()> {
+    let ends = links
+        .iter()
+        .any(|Link { limits, .. }| limits.lower.is_finite() || limits.upper.is_finite());
+    match stiffness.iter().find(|&&k| k > 0.0).filter(|_| !ends) {
+        None => Ok(()),
+        Some(got) => Err(PyValueError::new_err(format!(
+            "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, from a URDF or TOML"
+        ))),
     }
-    .map_err(read_error)
+}
+
+/// Three numbers.
+pub(super) fn triple(value: Any<'_, '_>, name: &str) -> PyResult<[f64; 3]> {
+    let list = numbers(value, name)?;
+    match <[f64; 3]>::try_from(list.values) {
+        Ok(values) if list.shape.len() == 1 => Ok(values),
+        _ => Err(wrong_shape(name, &list.shape, "(3,)")),
+    }
+}
+
+/// Moments of inertia: the same about all axes, a diagonal, or a matrix.
+pub(super) fn moments(value: Any<'_, '_>) -> PyResult<Matrix<3>> {
+    let list = numbers(value, "inertia")?;
+    match list.shape[..] {
+        [] => Ok(Matrix::<3>::from_diagonal_element(list.values[0])),
+        [3] => Ok(Matrix::<3>::from_diagonal(&triple(value, "inertia")?.into())),
+        [3, 3] => Ok(Matrix::<3>::from_row_slice(&matrix_of(value, "inertia", 3, 3)?)),
+        _ => Err(wrong_shape("inertia", &list.shape, "a scalar, (3,) or (3, 3)")),
+    }
 }
 
 /// "standard" by default.
-pub(super) fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
+fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
     let Some(value) = value else { return Ok(Convention::Standard) };
     Ok(match word(value, "convention", ["standard", "modified"])? {
         "modified" => Convention::Modified,
@@ -117,7 +187,7 @@ impl Column {
 }
 
 /// The rows of the table.
-pub(super) fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
+fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
     let mut scalars = Vec::new();
     let names = ["a", "alpha", "d", "theta_offset"].into_iter().zip(columns.lengths);
     let more = ["viscous", "coulomb", "armature"].into_iter().zip(columns.joint);
