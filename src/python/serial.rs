@@ -133,8 +133,7 @@ impl PySerial {
 
     /// The same arm with rotors of this inertia, seen through their gears, in place of what they had: a scalar or (n,).
     fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<Self> {
-        let armature = self.values(Some(armature), 0.0, "armature")?;
-        self.each(|joint, link| link.armature = armature[joint])
+        self.geared(armature)
     }
 
     /// The same arm under another gravity, (3,) in the axes of the base.

@@ -10,7 +10,7 @@ use super::serial::PySerial;
 use super::serial_files::{moments, refuse_stops_without_ends, triple};
 use super::{read_error, value_error};
 use crate::arm::{Inertia, JointFriction, JointStop, Link, Perturbation};
-use crate::error::finite;
+use crate::error::{Error, finite, non_negative};
 use crate::math::Matrix;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -35,12 +35,7 @@ impl PySerial {
     }
 
     /// A value a joint, from an argument.
-    pub fn values(
-        &self,
-        value: Option<Any<'_, '_>>,
-        default: f64,
-        name: &str,
-    ) -> PyResult<Vec<f64>> {
+    fn values(&self, value: Option<Any<'_, '_>>, default: f64, name: &str) -> PyResult<Vec<f64>> {
         each_joint(value, default, self.arm.joints(), name)
     }
 
@@ -53,15 +48,22 @@ impl PySerial {
         let stribeck = self.values(stribeck, none.stribeck, "stribeck")?;
         let speed = self.values(stribeck_speed, none.stribeck_speed, "stribeck_speed")?;
         let smoothing = self.values(smoothing, none.smoothing, "smoothing")?;
-        self.each(|joint, link| {
-            link.friction = JointFriction {
-                viscous: viscous[joint],
-                coulomb: [coulomb[joint]; 2],
-                stribeck: stribeck[joint],
-                stribeck_speed: speed[joint],
-                smoothing: smoothing[joint],
-            };
-        })
+        let friction = |joint: usize| JointFriction {
+            viscous: viscous[joint],
+            coulomb: [coulomb[joint]; 2],
+            stribeck: stribeck[joint],
+            stribeck_speed: speed[joint],
+            smoothing: smoothing[joint],
+        };
+        let refused = (0..self.arm.joints()).try_for_each(|joint| friction(joint).validate(joint));
+        refused.map_err(of_argument)?;
+        self.each(|joint, link| link.friction = friction(joint))
+    }
+
+    pub fn geared(&self, armature: Any<'_, '_>) -> PyResult<Self> {
+        let armature = self.values(Some(armature), 0.0, "armature")?;
+        non_negative("armature", &armature).map_err(value_error)?;
+        self.each(|joint, link| link.armature = armature[joint])
     }
 
     /// From π.
@@ -84,10 +86,13 @@ impl PySerial {
         let stiffness = self.values(Some(stiffness), 0.0, "stiffness")?;
         let dissipation = self.values(dissipation, DISSIPATION, "dissipation")?;
         refuse_stops_without_ends(self.arm.links(), &stiffness)?;
-        self.each(|joint, link| {
-            let (stiffness, dissipation) = (stiffness[joint], dissipation[joint]);
-            link.stop = JointStop { stiffness, dissipation };
-        })
+        let stop = |joint: usize| JointStop {
+            stiffness: stiffness[joint],
+            dissipation: dissipation[joint],
+        };
+        let refused = (0..self.arm.joints()).try_for_each(|joint| stop(joint).validate(joint));
+        refused.map_err(of_argument)?;
+        self.each(|joint, link| link.stop = stop(joint))
     }
 
     pub fn loaded(
@@ -99,8 +104,7 @@ impl PySerial {
         let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
         let moments = inertia.map_or(Ok(Matrix::<3>::zeros()), moments)?;
         let body = Inertia { mass: scalar(mass, "mass")?, com, moments };
-        let links = self.arm.with_payload(&body);
-        self.changed(links.map_err(|error| value_error(renamed(error, payload)))?)
+        self.changed(self.arm.with_payload(&body).map_err(of_argument)?)
     }
 
     /// From shares of mass, inertia and friction, and a shift of com.
@@ -137,11 +141,12 @@ impl PySerial {
     }
 }
 
-/// The argument of `with_payload` that a parameter of the core comes from.
-fn payload(parameter: &'static str) -> &'static str {
-    match parameter.strip_prefix("payload.") {
-        Some("moments") => "inertia",
-        Some(name) => name,
-        None => parameter,
-    }
+/// An error of the core, its parameter named as the argument that it comes from.
+fn of_argument(error: Error) -> PyErr {
+    let name = |parameter: &'static str| match parameter.rsplit_once('.') {
+        Some(("payload", "moments")) => "inertia",
+        Some(("payload" | "friction" | "stop", argument)) => argument,
+        _ => parameter,
+    };
+    value_error(renamed(error, name))
 }
