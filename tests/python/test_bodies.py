@@ -87,7 +87,7 @@ def test_policy_is_one_of_three_words(value):
 def test_mass_matrix_must_be_positive_for_any_policy(policy):
     thin = (0.02, -0.02, 0.02)
     arm = {"a": 0.0, "alpha": 0.0, "d": 0.0, "mass": 1.0, "com": 0.0, "unphysical": policy}
-    with pytest.raises(ValueError, match="joint1.*inertia: got"):
+    with pytest.raises(ValueError, match=r"joint1.*inertia: got"):
         sa.Serial.from_dh(inertia=np.diag([0.1, 0.1, -0.1])[None], **arm)
     assert sa.Serial.from_dh(inertia=np.diag(thin)[None], **arm).unphysical == policy
 
@@ -97,7 +97,7 @@ def test_tensor_that_is_not_symmetric_is_refused():
     tensor[1, 0, 1] = 0.02
     for policy in POLICIES:
         for convention in ("standard", "modified"):
-            with pytest.raises(ValueError, match="joint2.*moments.*not symmetric"):
+            with pytest.raises(ValueError, match=r"joint2.*moments.*not symmetric"):
                 sa.Serial.from_dh(
                     a=0.3,
                     alpha=1.0,
@@ -208,7 +208,7 @@ def test_parameters_there_and_back_on_every_shipped_arm():
 def test_parameters_that_no_body_has_get_what_the_policy_says():
     pi = sa.Serial.from_urdf(two()).inertial_parameters()
     pi[19] += 0.05  # I_zz of the hand: 0.06 > 0.02 + 0.02
-    with pytest.raises(ValueError, match='joint "elbow", moments.*triangle'):
+    with pytest.raises(ValueError, match=r'joint "elbow", moments.*triangle'):
         sa.Serial.from_urdf(two()).with_parameters(pi)
     note = sa.Serial.from_urdf(two(), unphysical="note").with_parameters(pi)
     assert_allclose(note.inertial_parameters(), pi, atol=1e-15)
@@ -219,7 +219,9 @@ def test_parameters_that_no_body_has_get_what_the_policy_says():
     nearest = sa.Serial.from_urdf(two(), unphysical="nearest").with_parameters(pi)
     assert [text for text in nearest.notes if "taken as the nearest" in text]
     # Σ = diag(0.03, 0.03, -0.01) keeps what is positive: I = diag(0.03, 0.03, 0.06).
-    assert_allclose(nearest.inertial_parameters() - pi, np.eye(20)[[14, 16]].sum(0) * 0.01, atol=1e-14)
+    assert_allclose(
+        nearest.inertial_parameters() - pi, np.eye(20)[[14, 16]].sum(0) * 0.01, atol=1e-14
+    )
 
 
 def test_changes_do_what_they_say():
@@ -239,7 +241,15 @@ def test_changes_do_what_they_say():
     assert_array_equal(arm.with_gravity((0, 0, 0)).gravity(q), np.zeros(6))
     flat = sa.TwoLink(mass=1.0, length=0.5, inertia=0.1, viscous=0.3)
     upright = flat.with_gravity(9.81).with_friction(coulomb=(0.1, 0.2))
-    assert upright.parameters == ([1, 1], [0.5, 0.5], [0.1, 0.1], 9.81, [0, 0], [0.1, 0.2], [0.01, 0.01])
+    assert upright.parameters == (
+        [1, 1],
+        [0.5, 0.5],
+        [0.1, 0.1],
+        9.81,
+        [0, 0],
+        [0.1, 0.2],
+        [0.01, 0.01],
+    )
 
 
 @pytest.mark.parametrize(
@@ -254,7 +264,10 @@ def test_changes_do_what_they_say():
         (lambda arm: arm.with_friction(smoothing=-0.1), r"^smoothing\[0\]: got -0.1"),
         (lambda arm: arm.with_gravity((0, 0, np.inf)), r"gravity\[2\]: got inf"),
         (lambda arm: arm.with_gravity(9.81), r"gravity: got shape \(\), wants \(3,\)"),
-        (lambda arm: arm.with_parameters(np.zeros(19)), r"parameters: got shape \(19,\), wants \(20,\)"),
+        (
+            lambda arm: arm.with_parameters(np.zeros(19)),
+            r"parameters: got shape \(19,\), wants \(20,\)",
+        ),
         (lambda arm: arm.with_parameters(np.zeros((2, 10))), r"parameters: got shape \(2, 10\)"),
         (lambda arm: arm.with_parameters(np.full(20, np.nan)), r"parameters\[0\]: got NaN"),
         (lambda arm: arm.with_parameters(np.zeros(20)), 'joint "elbow", inertia: got 0'),

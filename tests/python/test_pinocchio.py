@@ -190,7 +190,9 @@ def test_chain_of_a_robot_agrees_with_pinocchio(name, urdf, tip):
     compare(urdf, tip, seed=1, unphysical="note")
 
 
-UNPHYSICAL = [chain for chain in CHAINS if any(w in (refusal(*chain[1:]) or "") for w in IMPOSSIBLE[:2])]
+UNPHYSICAL = [
+    chain for chain in CHAINS if any(w in (refusal(*chain[1:]) or "") for w in IMPOSSIBLE[:2])
+]
 """Chains with links that no rigid body is."""
 
 
