@@ -40,7 +40,7 @@ def two(first=(0.02, 0.02, 0.01), second=(0.02, 0.02, 0.01), more=""):
 
 
 FLAWED = (0.02, 0.02, 0.05)
-"""Moments whose largest is 0.01 more than the sum of the other two; Σ = diag(0.025, 0.025, -0.005)."""
+"""The largest is 0.01 more than the sum of the other two; Σ = diag(0.025, 0.025, -0.005)."""
 
 
 def test_tool_frame_that_is_no_body_is_read_as_part_of_one():
