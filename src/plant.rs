@@ -98,18 +98,6 @@ impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
         tau: &Vector<N>,
         t: f64,
     ) -> Vector<N> {
-        self.acceleration_under(q, dq, tau, &self.disturbance.torque(q, dq, t))
-    }
-
-    /// The same under a known disturbance [N·m].
-    #[inline]
-    pub(crate) fn acceleration_under(
-        &self,
-        q: &Vector<N>,
-        dq: &Vector<N>,
-        tau: &Vector<N>,
-        disturbance: &Vector<N>,
-    ) -> Vector<N> {
-        self.arm.forward_dynamics(q, dq, &(tau - disturbance))
+        self.arm.forward_dynamics(q, dq, &(tau - self.disturbance.torque(q, dq, t)))
     }
 }

@@ -11,7 +11,7 @@ use steadyarm::control::{ComputedTorque, Inputs, Limits, NoCompensation, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::{Reference, Setpoint};
-use steadyarm::sim::{ClosedLoop, Motion, RK4};
+use steadyarm::sim::{ClosedLoop, Motion};
 
 const STEPS: usize = 1_000_000;
 
@@ -66,7 +66,7 @@ fn plain_steps_and_the_continuous_loop_allocate_nothing() {
     let plain = ComputedTorque::new(common::plain().arm, common::plain().gains, NoCompensation);
     let adaptive = adaptive(Form::Concat, false, 7.0);
     let (mut memory, mut state) = (State::new(()), fresh(&adaptive).compensator);
-    let (mut motion, mut rates) = (Motion::<2>::zeros(), [Motion::<2>::zeros(); 4]);
+    let mut motion = Motion::<2>::zeros();
     let h = 1e-3;
     let calls = calls_during(|| {
         let mut system = ClosedLoop::new(&plant, &adaptive, &reference);
@@ -74,9 +74,8 @@ fn plain_steps_and_the_continuous_loop_allocate_nothing() {
             let (t, end) = (f64::from(k) * h, f64::from(k + 1) * h);
             let (q, dq) = (motion.q, motion.dq);
             plain.step(&mut memory, &q, &dq, &reference.at(t), h).unwrap();
-            let ddq = system.acceleration(&mut state, &RK4.stage(0, h), t, &motion);
-            rates[0] = Motion { q: dq, dq: ddq };
-            motion = system.finish_rk4(&mut state, (t, h, end), &motion, &mut rates).unwrap();
+            let start = system.start(&mut state, h, t, &motion);
+            motion = system.finish(&mut state, (t, h, end), &motion, &start).unwrap().motion;
         }
     });
     assert_eq!(calls, 0);

@@ -1,4 +1,7 @@
 //! Joint friction: `f(q̇) = b q̇ + c tanh(q̇ / s)`, a viscous part and a smoothed Coulomb part (the f of eq. 6).
+//!
+//! With s = 0 the Coulomb part is true dry friction: at rest it is whatever holds the joint, up to the torque at which that
+//! breaks away. Simulation solves for it; see [`JointFriction::hold`].
 
 use crate::error::{Error, Result, non_negative, positive};
 use crate::math::{Vector, exp, tanh};
@@ -12,7 +15,7 @@ pub struct Friction<const N: usize> {
     pub viscous: [f64; N],
     /// c, Coulomb torque [N·m], ≥ 0.
     pub coulomb: [f64; N],
-    /// s, the speed at which the Coulomb torque reaches 76 % [rad/s], > 0.
+    /// s, the speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that sticks.
     pub smoothing: [f64; N],
 }
 
@@ -28,7 +31,8 @@ pub struct JointFriction {
     pub stribeck: f64,
     /// The speed at which that excess has fallen to 1/e [rad/s], > 0.
     pub stribeck_speed: f64,
-    /// The speed at which the Coulomb torque reaches 76 % [rad/s], > 0.
+    /// The speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that sticks. Above zero a
+    /// joint creeps under any torque, at the speed where its friction is as large: 0.55 of this at half the Coulomb torque.
     pub smoothing: f64,
 }
 
@@ -45,7 +49,7 @@ impl Default for JointFriction {
 }
 
 impl JointFriction {
-    /// Refuses what is not finite, a negative coefficient, and a speed that is not positive; `joint` becomes the error's index.
+    /// Refuses what is not finite, a negative coefficient, and a `stribeck_speed` of zero; `joint` becomes the error's index.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb`, `friction.stribeck`,
@@ -56,7 +60,7 @@ impl JointFriction {
         non_negative("friction.coulomb", &self.coulomb).map_err(at)?;
         non_negative("friction.stribeck", &[self.stribeck]).map_err(at)?;
         positive("friction.stribeck_speed", &[self.stribeck_speed]).map_err(at)?;
-        positive("friction.smoothing", &[self.smoothing]).map_err(at)
+        non_negative("friction.smoothing", &[self.smoothing]).map_err(at)
     }
 
     /// True if the joint has no friction.
@@ -69,19 +73,89 @@ impl JointFriction {
     }
 
     /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the velocity `dq` [rad/s], with c₊
-    /// for q̇ > 0 and c₋ for q̇ < 0; f is continuous, and f q̇ ≥ 0.
+    /// for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. A `smoothing` of zero makes the sign of q̇ of the tanh, 0 at rest.
     #[inline]
     pub fn torque(&self, dq: f64) -> f64 {
         let viscous = self.viscous * dq;
         if self.is_viscous() {
             return viscous;
         }
-        let mut dry = self.coulomb[usize::from(dq < 0.0)];
-        if self.stribeck != 0.0 {
-            let ratio = dq / self.stribeck_speed;
-            dry += self.stribeck * exp(-(ratio * ratio));
+        viscous + self.dry(dq < 0.0, dq) * self.step(dq)
+    }
+
+    /// f [N·m] and ∂f/∂q̇ [N·m·s/rad] at the velocity `dq` [rad/s]; dry friction in the branch of the direction `sign`, ±1.
+    #[inline]
+    pub(crate) fn in_branch(&self, dq: f64, sign: f64) -> (f64, f64) {
+        let viscous = self.viscous * dq;
+        if self.is_viscous() {
+            return (viscous, self.viscous);
         }
-        viscous + dry * tanh(dq / self.smoothing)
+        let (step, rise) = if self.smoothing > 0.0 {
+            let step = tanh(dq / self.smoothing);
+            (step, (1.0 - step * step) / self.smoothing)
+        } else {
+            (sign, 0.0)
+        };
+        let dry = self.dry(step < 0.0, dq);
+        let mut slope = self.viscous + dry * rise;
+        if self.stribeck != 0.0 {
+            slope -=
+                step * self.excess(dq) * 2.0 * dq / (self.stribeck_speed * self.stribeck_speed);
+        }
+        (viscous + dry * step, slope)
+    }
+
+    /// An upper bound of ∂f/∂q̇ [N·m·s/rad]; infinite for dry friction.
+    pub(crate) fn steepest(&self) -> f64 {
+        let [up, down] = self.coulomb;
+        let dry = up.max(down) + self.stribeck;
+        if dry == 0.0 { self.viscous } else { self.viscous + dry / self.smoothing }
+    }
+
+    /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away, c₊ + stribeck and c₋ + stribeck.
+    /// `None` if the friction is smooth, and the joint never quite at rest.
+    #[inline]
+    pub fn hold(&self) -> Option<[f64; 2]> {
+        (self.smoothing == 0.0 && !self.is_viscous())
+            .then(|| self.coulomb.map(|c| c + self.stribeck))
+    }
+
+    /// c± + stribeck · exp(−(q̇/stribeck_speed)²) of one direction [N·m].
+    #[inline]
+    fn dry(&self, backward: bool, dq: f64) -> f64 {
+        let mut dry = self.coulomb[usize::from(backward)];
+        if self.stribeck != 0.0 {
+            dry += self.excess(dq);
+        }
+        dry
+    }
+
+    fn excess(&self, dq: f64) -> f64 {
+        let ratio = dq / self.stribeck_speed;
+        self.stribeck * exp(-(ratio * ratio))
+    }
+
+    /// Whether all of this is at least as large as `other` at every velocity, and `other` as smooth: f q̇ ≥ f_other q̇.
+    pub(crate) fn covers(&self, other: &Self) -> bool {
+        let stribeck = other.stribeck == 0.0
+            || self.stribeck >= other.stribeck && self.stribeck_speed == other.stribeck_speed;
+        self.viscous >= other.viscous
+            && self.coulomb[0] >= other.coulomb[0]
+            && self.coulomb[1] >= other.coulomb[1]
+            && self.smoothing <= other.smoothing
+            && stribeck
+    }
+
+    /// tanh(q̇/smoothing), or its limit for dry friction.
+    #[inline]
+    fn step(&self, dq: f64) -> f64 {
+        if self.smoothing > 0.0 {
+            tanh(dq / self.smoothing)
+        } else if dq == 0.0 {
+            0.0
+        } else {
+            dq.signum()
+        }
     }
 }
 
@@ -104,14 +178,14 @@ impl<const N: usize> Default for Friction<N> {
 }
 
 impl<const N: usize> Friction<N> {
-    /// Refuses what is not finite, a negative coefficient, and a smoothing that is not positive.
+    /// Refuses what is not finite, and what is negative.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb` or `friction.smoothing`.
     pub fn validate(&self) -> Result<()> {
         non_negative("friction.viscous", &self.viscous)?;
         non_negative("friction.coulomb", &self.coulomb)?;
-        positive("friction.smoothing", &self.smoothing)
+        non_negative("friction.smoothing", &self.smoothing)
     }
 
     /// True if no joint has any friction.
@@ -119,15 +193,20 @@ impl<const N: usize> Friction<N> {
         self.viscous.iter().chain(&self.coulomb).all(|&c| c == 0.0)
     }
 
+    /// The friction of one joint.
+    #[inline]
+    pub fn joint(&self, joint: usize) -> JointFriction {
+        JointFriction {
+            viscous: self.viscous[joint],
+            coulomb: [self.coulomb[joint]; 2],
+            smoothing: self.smoothing[joint],
+            ..JointFriction::default()
+        }
+    }
+
     /// f(q̇) [N·m] at the velocity `dq` [rad/s].
     #[inline]
     pub fn torque(&self, dq: &Vector<N>) -> Vector<N> {
-        Vector::from_fn(|i, _| {
-            let viscous = self.viscous[i] * dq[i];
-            if self.coulomb[i] == 0.0 {
-                return viscous;
-            }
-            viscous + self.coulomb[i] * tanh(dq[i] / self.smoothing[i])
-        })
+        Vector::from_fn(|i, _| self.joint(i).torque(dq[i]))
     }
 }

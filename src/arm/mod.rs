@@ -1,10 +1,21 @@
 //! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6), within the joints' ranges.
+//!
+//! The way through: `two_link`, `serial/` are the arms; `friction` and `serial/stop` say what opposes the motion of one joint,
+//! `resistance` puts both together, `implicit` solves M v = … − λ, λ in what they may be; `factor` is M = LᵀDL.
 
+mod factor;
 mod friction;
+mod implicit;
+mod posed;
+mod resistance;
 mod serial;
 mod two_link;
 
+pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
+pub(crate) use implicit::Implicit;
+pub(crate) use posed::Posed;
+pub(crate) use resistance::Resistance;
 #[cfg(feature = "std")]
 pub(crate) use serial::{Flaw, SYMMETRIC};
 pub use serial::{
@@ -17,7 +28,8 @@ use crate::math::{Matrix, Vector};
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///
-/// Implement the first five; the rest follows from them, and may be overridden where a closed form is faster.
+/// Implement the first four; the rest follows from them, and may be overridden where a closed form is faster. Friction and
+/// stops, which may be stiff, are told joint by joint: simulation solves for them.
 pub trait Arm<const N: usize> {
     /// Mass matrix M(q) [kg·m²], symmetric positive definite.
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N>;
@@ -28,19 +40,54 @@ pub trait Arm<const N: usize> {
     /// Gravity torque G(q) [N·m].
     fn gravity(&self, q: &Vector<N>) -> Vector<N>;
 
-    /// Friction torque f(q̇) [N·m]; it opposes the motion, q̇ᵀf ≥ 0.
-    fn friction(&self, dq: &Vector<N>) -> Vector<N>;
-
     /// Potential energy U(q) [J], with G = ∂U/∂q.
     fn potential_energy(&self, q: &Vector<N>) -> f64;
+
+    /// Friction of a joint; none by default.
+    fn joint_friction(&self, _joint: usize) -> JointFriction {
+        JointFriction::default()
+    }
+
+    /// Stops of a joint, and the range at whose ends they are; none by default.
+    fn joint_stop(&self, _joint: usize) -> (JointStop, JointLimits) {
+        (JointStop::default(), JointLimits::default())
+    }
+
+    /// Whether any joint has friction or a stop.
+    fn resists(&self) -> bool {
+        (0..N).any(|joint| {
+            !self.joint_friction(joint).is_none() || !self.joint_stop(joint).0.is_none()
+        })
+    }
+
+    /// Friction torque f(q̇) [N·m]; it opposes the motion, q̇ᵀf ≥ 0. Zero at rest, where dry friction may be anything up to
+    /// the torque at which the joint breaks away.
+    fn friction(&self, dq: &Vector<N>) -> Vector<N> {
+        Vector::from_fn(|joint, _| self.joint_friction(joint).torque(dq[joint]))
+    }
 
     /// Torque s(q, q̇) that drives the joints on into their stops [N·m], positive beyond an upper end; zero for an arm
     /// without stops, and within the joints' ranges.
     ///
     /// It is part of the inverse and forward dynamics, and not of the bias: a controller that counted on a stop would push
     /// through it.
-    fn stops(&self, _q: &Vector<N>, _dq: &Vector<N>) -> Vector<N> {
-        Vector::zeros()
+    fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        Vector::from_fn(|joint, _| {
+            let (stop, limits) = self.joint_stop(joint);
+            stop.torque(&limits, q[joint], dq[joint])
+        })
+    }
+
+    /// M(q), the velocity q̇ that `choose` takes once it knows M, and C q̇ + G there: the arm without friction and stops, in
+    /// one pass.
+    fn rigid_dynamics(
+        &self,
+        q: &Vector<N>,
+        choose: &mut dyn FnMut(&Matrix<N>) -> Vector<N>,
+    ) -> (Matrix<N>, Vector<N>, Vector<N>) {
+        let mass = self.mass_matrix(q);
+        let dq = choose(&mass);
+        (mass, dq, self.coriolis(q, &dq) * dq + self.gravity(q))
     }
 
     /// Bias torque H(q, q̇) = C q̇ + G + f [N·m].
@@ -59,13 +106,10 @@ pub trait Arm<const N: usize> {
         mass * ddq + bias + self.stops(q, dq)
     }
 
-    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H − s) [rad/s²]; NaN where M is not positive definite.
+    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H − s) [rad/s²]; NaN where M is not positive definite. A joint at rest
+    /// that dry friction can hold stays at rest: q̈ = 0 there.
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
-        let (mass, bias) = self.mass_matrix_and_bias(q, dq);
-        match mass.cholesky() {
-            Some(factor) => factor.solve(&(tau - bias - self.stops(q, dq))),
-            None => Vector::repeat(f64::NAN),
-        }
+        Posed::of(self, q, dq).acceleration(self, (q, dq), tau)
     }
 
     /// Kinetic energy ½ q̇ᵀ M q̇ [J].

@@ -8,7 +8,7 @@
 //! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at mid-link; q₁ from the
 //! horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0) and has no friction; both can be added.
 
-use super::{Arm, Friction};
+use super::{Arm, Friction, JointFriction, Posed};
 use crate::error::{Result, finite, positive, within};
 use crate::math::{Matrix, Vector, sin_cos};
 
@@ -51,6 +51,8 @@ pub struct TwoLink {
     weight: [f64; 2],
     has_gravity: bool,
     has_friction: bool,
+    /// Whether the friction of a joint is dry.
+    sticks: bool,
 }
 
 impl TwoLink {
@@ -90,6 +92,7 @@ impl TwoLink {
             weight,
             has_gravity: gravity != 0.0,
             has_friction: !friction.is_none(),
+            sticks: (0..2).any(|joint| friction.joint(joint).hold().is_some()),
         })
     }
 
@@ -130,16 +133,23 @@ impl TwoLink {
 
     /// H from q₁, sin q₂, cos q₂.
     #[inline(always)]
-    fn bias_at(&self, q1: f64, (sin_2, cos_2): (f64, f64), dq: &Vector<2>) -> Vector<2> {
+    fn bias_at(&self, q1: f64, trig: (f64, f64), dq: &Vector<2>) -> Vector<2> {
+        let mut bias = self.rigid_at(q1, trig, dq);
+        if self.has_friction {
+            bias += self.parameters.friction.torque(dq);
+        }
+        bias
+    }
+
+    /// C q̇ + G from q₁, sin q₂, cos q₂.
+    #[inline(always)]
+    fn rigid_at(&self, q1: f64, (sin_2, cos_2): (f64, f64), dq: &Vector<2>) -> Vector<2> {
         // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
         let h = self.theta[1] * sin_2;
         let mut bias =
             Vector::<2>::new(-h * (2.0 * dq[0] * dq[1] + dq[1] * dq[1]), h * (dq[0] * dq[0]));
         if self.has_gravity {
             bias += self.gravity_at(q1, (sin_2, cos_2));
-        }
-        if self.has_friction {
-            bias += self.parameters.friction.torque(dq);
         }
         bias
     }
@@ -174,14 +184,28 @@ impl Arm<2> for TwoLink {
         self.gravity_at(q[0], sin_cos(q[1]))
     }
 
-    #[inline]
-    fn friction(&self, dq: &Vector<2>) -> Vector<2> {
-        self.parameters.friction.torque(dq)
+    fn joint_friction(&self, joint: usize) -> JointFriction {
+        self.parameters.friction.joint(joint)
+    }
+
+    fn resists(&self) -> bool {
+        self.has_friction
     }
 
     /// U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂).
     fn potential_energy(&self, q: &Vector<2>) -> f64 {
         self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
+    }
+
+    fn rigid_dynamics(
+        &self,
+        q: &Vector<2>,
+        choose: &mut dyn FnMut(&Matrix<2>) -> Vector<2>,
+    ) -> (Matrix<2>, Vector<2>, Vector<2>) {
+        let trig = sin_cos(q[1]);
+        let mass = self.mass(trig.1);
+        let dq = choose(&mass);
+        (mass, dq, self.rigid_at(q[0], trig, &dq))
     }
 
     #[inline]
@@ -198,6 +222,9 @@ impl Arm<2> for TwoLink {
     /// q̈ = M⁻¹(τ − H) with the determinant of [`TwoLink::new`], which cannot cancel.
     #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<2>, dq: &Vector<2>, tau: &Vector<2>) -> Vector<2> {
+        if self.sticks {
+            return Posed::of(self, q, dq).acceleration(self, (q, dq), tau);
+        }
         let trig = sin_cos(q[1]);
         let mass = self.mass(trig.1);
         let net = tau - self.bias_at(q[0], trig, dq);

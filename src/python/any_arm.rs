@@ -6,7 +6,7 @@ use super::arm::PyTwoLink;
 use super::convert::wrong_type;
 use super::dispatch::same_joints;
 use super::serial::PySerial;
-use crate::arm::{Arm, Serial, TwoLink};
+use crate::arm::{Arm, JointFriction, JointLimits, JointStop, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -84,19 +84,40 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
         }
     }
 
-    #[inline]
-    fn friction(&self, dq: &Vector<N>) -> Vector<N> {
+    fn joint_friction(&self, joint: usize) -> JointFriction {
         match self {
-            Self::TwoLink(arm) => back(&arm.friction(&two(dq))),
-            Self::Serial(arm) => arm.friction(dq),
+            Self::TwoLink(arm) => arm.joint_friction(joint),
+            Self::Serial(arm) => arm.joint_friction(joint),
+        }
+    }
+
+    fn joint_stop(&self, joint: usize) -> (JointStop, JointLimits) {
+        match self {
+            Self::TwoLink(arm) => arm.joint_stop(joint),
+            Self::Serial(arm) => arm.joint_stop(joint),
         }
     }
 
     #[inline]
-    fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+    fn resists(&self) -> bool {
         match self {
-            Self::TwoLink(_) => Vector::zeros(),
-            Self::Serial(arm) => arm.stops(q, dq),
+            Self::TwoLink(arm) => arm.resists(),
+            Self::Serial(arm) => arm.resists(),
+        }
+    }
+
+    fn rigid_dynamics(
+        &self,
+        q: &Vector<N>,
+        choose: &mut dyn FnMut(&Matrix<N>) -> Vector<N>,
+    ) -> (Matrix<N>, Vector<N>, Vector<N>) {
+        match self {
+            Self::TwoLink(arm) => {
+                let (mass, dq, rigid) =
+                    arm.rigid_dynamics(&two(q), &mut |mass| two(&choose(&square(mass))));
+                (square(&mass), back(&dq), back(&rigid))
+            }
+            Self::Serial(arm) => arm.rigid_dynamics(q, choose),
         }
     }
 

@@ -1,16 +1,25 @@
-//! Error-controlled steps of Dormand-Prince.
+//! Steps under error control: Dormand-Prince's, and those in which friction is solved for.
 
 use super::integrators::{DP54, DP54_ERROR, Motion, Rates, Tolerance};
+use super::stiff::{Lost, Moved};
 use crate::control::Stage;
 use crate::math::{Vector, exp, ln};
 
-/// Safety factor of the step size, and bounds of its change from one step to the next.
+/// Safety factor of the step size, and the largest factor by which it falls.
 const SAFETY: f64 = 0.9;
 const MIN_FACTOR: f64 = 0.2;
-const MAX_FACTOR: f64 = 5.0;
 
 /// A step shorter than this fraction of the time no longer advances it.
 const SHORTEST_STEP: f64 = 1e-13;
+
+/// How a step size follows from an error: by that power of it, growing by at most that factor.
+struct Law {
+    power: f64,
+    max_factor: f64,
+}
+
+const DORMAND_PRINCE: Law = Law { power: -0.2, max_factor: 5.0 };
+const STIFF: Law = Law { power: -1.0 / 3.0, max_factor: 3.0 };
 
 /// A step that met the tolerance.
 pub(super) struct Accepted<const N: usize> {
@@ -24,27 +33,58 @@ pub(super) struct Accepted<const N: usize> {
     pub next_h: f64,
 }
 
-/// Tries steps from `t`, first of length `h`, none beyond `end`, until one meets the tolerance; `None` if none does.
+/// Tries steps of Dormand-Prince from `t`, first of length `h`, none beyond `end`, until one meets the tolerance; `None` if
+/// none does.
 ///
 /// Stage 0 is already in `rates`; `acceleration` is told the stage, its time and the motion there.
 #[inline]
 pub(super) fn attempt<const N: usize>(
-    (t, mut h, end): (f64, f64, f64),
+    (t, h, end): (f64, f64, f64),
     start: &Motion<N>,
     rates: &mut Rates<N, 7>,
     tolerance: Tolerance,
     mut acceleration: impl FnMut(&Stage<'_>, f64, &Motion<N>) -> Vector<N>,
 ) -> Option<Accepted<N>> {
-    while h > SHORTEST_STEP * t.max(1.0) {
-        let last = t + h >= end;
-        let (step, end) = if last { (end - t, end) } else { (h, t + h) };
+    until_accepted((t, h, end), &DORMAND_PRINCE, |step, end| {
         DP54.stages(step, start, 1, rates, |stage, at| {
             let time = if stage.node == 1.0 { end } else { t + stage.node * step };
             acceleration(stage, time, at)
         });
         let motion = start.plus(step, &DP54.weights, rates);
         let error = Motion::error(step, &DP54_ERROR, rates, [start, &motion], tolerance);
-        let factor = (SAFETY * exp(-0.2 * ln(error))).clamp(MIN_FACTOR, MAX_FACTOR);
+        (motion, error)
+    })
+}
+
+/// The same for steps in which friction is solved for: `step` makes one of the length that it is told, up to the time.
+pub(super) fn attempt_stiff<const N: usize>(
+    (t, h, end): (f64, f64, f64),
+    start: &Motion<N>,
+    tolerance: Tolerance,
+    mut step: impl FnMut(f64, f64) -> Moved<N>,
+) -> Option<Accepted<N>> {
+    until_accepted((t, h, end), &STIFF, |h, end| {
+        let Moved { motion, error, lost } = step(h, end);
+        let size = |i: usize| start.q[i].abs().max(motion.q[i].abs());
+        let scaled = |i: usize| error[i].abs() / (tolerance.atol + tolerance.rtol * size(i));
+        let largest =
+            (0..N).map(scaled).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+        (motion, if lost == Some(Lost::Friction) { f64::INFINITY } else { largest })
+    })
+}
+
+/// Tries steps until the error of one, relative to its tolerance, is at most 1.
+#[inline(always)]
+fn until_accepted<const N: usize>(
+    (t, mut h, end): (f64, f64, f64),
+    law: &Law,
+    mut trial: impl FnMut(f64, f64) -> (Motion<N>, f64),
+) -> Option<Accepted<N>> {
+    while h > SHORTEST_STEP * t.max(1.0) {
+        let last = t + h >= end;
+        let (step, end) = if last { (end - t, end) } else { (h, t + h) };
+        let (motion, error) = trial(step, end);
+        let factor = (SAFETY * exp(law.power * ln(error))).clamp(MIN_FACTOR, law.max_factor);
         if error <= 1.0 {
             return Some(Accepted { motion, h: step, end, next_h: h.max(step) * factor });
         }

@@ -1,8 +1,9 @@
 //! Plant, controller and reference as one system in continuous time, the paper's setting.
 
 use super::certificate::Certificate;
-use super::integrators::{Motion, RK4, Rates, Tableau};
-use crate::arm::Arm;
+use super::integrators::{Motion, RK4, Tableau};
+use super::stiff::{self, Moved};
+use crate::arm::{Arm, JointFriction, Posed, Resistance};
 use crate::control::{Audit, Command, Compensator, ComputedTorque, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::math::Vector;
@@ -52,6 +53,27 @@ pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
     /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
     shares: [Certificate; MAX_STAGES],
+    /// What opposes the motion of the plant's joints, unless nothing does.
+    laws: Option<[Resistance; N]>,
+    /// 2 s·F at the stages of a step in which friction was solved for, and F at its end.
+    pulls: [f64; 4],
+    last_braking: Option<Vector<N>>,
+}
+
+/// The start of a step of the loop: q̈ there, and how the step is to be made.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<const N: usize> {
+    /// q̈ [rad/s²].
+    pub ddq: Vector<N>,
+    /// What to solve for, and M⁻¹r, if the step is beyond RK4.
+    stiff: Option<([Resistance; N], Vector<N>)>,
+}
+
+impl<const N: usize> Start<N> {
+    /// Whether friction is to be solved for.
+    pub(super) fn is_stiff(&self) -> bool {
+        self.stiff.is_some()
+    }
 }
 
 impl<'a, const N: usize, A, D, B, C, R> ClosedLoop<'a, N, A, D, B, C, R>
@@ -74,6 +96,9 @@ where
             latest: None,
             evaluation: None,
             shares: [Certificate::default(); MAX_STAGES],
+            laws: plant.arm.resists().then(|| cancelled(&plant.arm, &controller.arm)),
+            pulls: [0.0; 4],
+            last_braking: None,
         }
     }
 
@@ -97,6 +122,36 @@ where
         let (evaluation, ddq) = self.evaluate(state, stage, t, motion);
         self.evaluation = Some(evaluation);
         ddq
+    }
+
+    /// The start of a step of length `h` [s] at time `t`; remembers the evaluation.
+    pub fn start<S>(&mut self, state: &mut S, h: f64, t: f64, motion: &Motion<N>) -> Start<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let (stage, Motion { q, dq }) = (&RK4.stage(0, h), motion);
+        let Some(mut laws) = self.laws else {
+            return Start { ddq: self.acceleration(state, stage, t, motion), stiff: None };
+        };
+        let arm = &self.plant.arm;
+        let (posed, mut push) = (Posed::of(arm, q, dq), Vector::zeros());
+        let (evaluation, ddq) = self.evaluate_by(state, stage, t, motion, |net| {
+            push = *net;
+            posed.acceleration(arm, (q, dq), net)
+        });
+        self.evaluation = Some(evaluation);
+        if !stiff::beyond_rk4(&posed.factor, &laws, h) {
+            return Start { ddq, stiff: None };
+        }
+        let Command { model, compensation, .. } = evaluation.command;
+        for i in 0..N {
+            if evaluation.applied[i] != model[i] + compensation[i] {
+                laws[i].known = JointFriction::default();
+            }
+        }
+        let free = posed.free(&(push - known(&laws, dq)));
+        self.pull(0, &evaluation, &(ddq - free));
+        Start { ddq, stiff: Some((laws, free)) }
     }
 
     /// q̈ at a stage that no row is recorded of.
@@ -127,6 +182,23 @@ where
     where
         C: Compensator<N, S>,
     {
+        let (arm, Motion { q, dq }) = (&self.plant.arm, motion);
+        self.evaluate_by(state, stage, t, motion, |net| arm.forward_dynamics(q, dq, net))
+    }
+
+    /// The same with q̈ as `accelerate` makes it of the torque that acts, τ − τ_d.
+    #[inline(always)]
+    fn evaluate_by<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        motion: &Motion<N>,
+        accelerate: impl FnOnce(&Vector<N>) -> Vector<N>,
+    ) -> (Evaluation<N>, Vector<N>)
+    where
+        C: Compensator<N, S>,
+    {
         let (setpoint, disturbance) = self.at_time(t);
         let sample = Sample::new(motion.q, motion.dq, setpoint);
         let command = self.controller.law(state, stage, &sample);
@@ -134,36 +206,69 @@ where
         if command.limited || applied != command.tau {
             self.controller.compensator.hold(state, stage.index);
         }
-        let ddq = match &disturbance {
-            Some(tau_d) => self.plant.acceleration_under(&motion.q, &motion.dq, &applied, tau_d),
-            None => self.plant.acceleration(&motion.q, &motion.dq, &applied, t),
-        };
+        let tau_d =
+            disturbance.unwrap_or_else(|| self.plant.disturbance.torque(&motion.q, &motion.dq, t));
+        let ddq = accelerate(&(applied - tau_d));
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
         self.shares[stage.index] = Certificate::rates(&evaluation);
         (evaluation, ddq)
     }
 
-    /// One step of RK4 of length `h` from `t` to `end` [s], whose stage 0 is already in `rates`.
+    /// Finishes a step of length `h` from `t` to `end` [s], by RK4 or with friction solved for.
     ///
     /// # Errors
     /// When the weights would not be finite.
-    pub fn finish_rk4<S>(
+    pub fn finish<S>(
         &mut self,
         state: &mut S,
         (t, h, end): (f64, f64, f64),
         motion: &Motion<N>,
-        rates: &mut Rates<N, 4>,
-    ) -> Result<Motion<N>>
+        start: &Start<N>,
+    ) -> Result<Moved<N>>
     where
         C: Compensator<N, S>,
     {
-        RK4.stages(h, motion, 1, rates, |stage, at| {
-            let time = if stage.node == 1.0 { end } else { t + stage.node * h };
-            self.rate(state, stage, time, at)
-        });
+        let moved = self.attempt(state, (t, h, end), motion, start);
         self.advance(state, &RK4.end(h, 4))?;
-        Ok(motion.plus(h, &RK4.weights, rates))
+        Ok(moved)
+    }
+
+    /// The stages of such a step; the compensator stays at its start.
+    pub(super) fn attempt<S>(
+        &mut self,
+        state: &mut S,
+        (t, h, end): (f64, f64, f64),
+        motion: &Motion<N>,
+        start: &Start<N>,
+    ) -> Moved<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let time = |stage: &Stage<'_>| if stage.node == 1.0 { end } else { t + stage.node * h };
+        let Some((laws, free)) = &start.stiff else {
+            self.last_braking = None;
+            return Moved::by_rk4(h, motion, &start.ddq, |stage, at| {
+                self.rate(state, stage, time(stage), at)
+            });
+        };
+        let arm = &self.plant.arm;
+        let (moved, last) = stiff::step(arm, laws, h, motion, free, |stage, at, posed, braking| {
+            let mut free = Vector::zeros();
+            let (evaluation, _) = self.evaluate_by(state, stage, time(stage), at, |net| {
+                free = posed.free(&(net - known(laws, &at.dq)));
+                free + braking
+            });
+            self.pull(stage.index, &evaluation, braking);
+            free
+        });
+        self.last_braking = Some(last);
+        moved
+    }
+
+    /// Remembers 2 s·F of a stage.
+    fn pull(&mut self, stage: usize, evaluation: &Evaluation<N>, braking: &Vector<N>) {
+        self.pulls[stage] = evaluation.audit.map_or(0.0, |audit| 2.0 * audit.s.dot(braking));
     }
 
     /// Moves the compensator to the end of the step.
@@ -174,20 +279,28 @@ where
         self.controller.compensator.advance(state, end)
     }
 
-    /// Makes the last stage of the step that was just taken, remembered, the first of the next; false if it must be
-    /// evaluated again.
-    pub(super) fn carry<S>(&mut self, state: &mut S, last: usize) -> bool
+    /// Makes the last stage of the step that was just taken, remembered, the start of the next, where q̈ = `ddq`; `None` if
+    /// that must be evaluated again.
+    pub(super) fn carry<S>(
+        &mut self,
+        state: &mut S,
+        last: usize,
+        ddq: Vector<N>,
+    ) -> Option<Start<N>>
     where
         C: Compensator<N, S>,
     {
-        let Some(evaluation) = &mut self.evaluation else { return false };
+        if self.laws.is_some() {
+            return None;
+        }
+        let evaluation = self.evaluation.as_mut()?;
         let compensator = &self.controller.compensator;
         if !compensator.carry(state, last) {
-            return false;
+            return None;
         }
         evaluation.audit = compensator.audit(state, 0, &evaluation.sample);
         self.shares[0] = self.shares[last];
-        true
+        Some(Start { ddq, stiff: None })
     }
 
     /// Adds the step that was just taken to the certificate.
@@ -200,6 +313,27 @@ where
     ) {
         for (weight, share) in tableau.weights.iter().zip(&self.shares) {
             certificate.add(weight * h, share);
+        }
+    }
+
+    /// The same for a step that [`finish`](Self::finish) made. What friction did entered V with weights of its own; at the end of
+    /// the step it waits for [`settle`](Self::settle).
+    pub(super) fn certify_step(&self, h: f64, certificate: &mut Certificate) {
+        self.certify(&RK4, h, certificate);
+        if self.last_braking.is_some() {
+            let [b2, b3, b4, _] = stiff::FRICTION_WEIGHTS;
+            for (i, b) in [0.0, b2, b3, b4].into_iter().enumerate() {
+                certificate.supplied += h * (b - RK4.weights[i]) * self.pulls[i];
+            }
+        }
+    }
+
+    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s], from the loop as it is there.
+    pub(super) fn settle(&mut self, h: f64, certificate: &mut Certificate) {
+        let audit = self.evaluation.as_ref().and_then(|at| at.audit.as_ref());
+        if let (Some(audit), Some(braking)) = (audit, self.last_braking.take()) {
+            let weight = h * stiff::FRICTION_WEIGHTS[3];
+            certificate.supplied += weight * 2.0 * audit.s.dot(&braking);
         }
     }
 
@@ -223,4 +357,22 @@ where
             }
         }
     }
+}
+
+/// What opposes the motion of the plant's joints, less what the controller's arm knows of it. That is left out where it is not
+/// covered: the rest would drive the joint.
+fn cancelled<const N: usize>(plant: &impl Arm<N>, nominal: &impl Arm<N>) -> [Resistance; N] {
+    let mut laws = Resistance::of(plant);
+    for (joint, law) in laws.iter_mut().enumerate() {
+        let known = nominal.joint_friction(joint);
+        if law.friction.covers(&known) {
+            law.known = known;
+        }
+    }
+    laws
+}
+
+/// f̂(q̇) [N·m].
+fn known<const N: usize>(laws: &[Resistance; N], dq: &Vector<N>) -> Vector<N> {
+    Vector::from_fn(|i, _| laws[i].known.torque(dq[i]))
 }

@@ -2,14 +2,15 @@
 
 use core::ops::ControlFlow;
 
-use super::adaptive::attempt;
+use super::adaptive::{Accepted, attempt, attempt_stiff};
 use super::certificate::Certificate;
-use super::closed_loop::{ClosedLoop, Evaluation};
+use super::closed_loop::{ClosedLoop, Evaluation, Start};
 use super::integrators::{DP54, Dense, Motion, RK4, Tolerance, dp54_dense};
 use super::recorder::Recorder;
-use super::run::{Cause, Run, Status};
+use super::run::{Cause, Run};
 use crate::arm::Arm;
 use crate::control::{Compensator, MAX_STAGES, Stage};
+use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 
@@ -33,32 +34,34 @@ where
 {
     let h = record.dt;
     let mut certificate = Certificate::default();
-    let mut rates = [Motion::zeros(); 4];
     for k in 0..=record.steps {
         let t = record.time(k);
-        let (at, ddq) = system.evaluate(state, &RK4.stage(0, h), t, &motion);
-        rates[0] = Motion { q: motion.dq, dq: ddq };
-        if !record.check(&at) {
+        let start = system.start(state, h, t, &motion);
+        system.settle(h, &mut certificate);
+        let Some(at) = system.evaluation() else { break };
+        if !record.check(at) {
             break;
         }
-        record.take(k, &at);
-        record.confirm(&mut certificate, &at);
+        record.take(k, at);
+        record.confirm(&mut certificate, at);
         if k == record.steps {
             break;
         }
         if monitor(t).is_break() {
-            record.stop(Status::Interrupted { t });
+            record.interrupted(t);
             break;
         }
-        match system.finish_rk4(state, (t, h, record.time(k + 1)), &motion, &mut rates) {
-            Ok(next) => motion = next,
+        match system.finish(state, (t, h, record.time(k + 1)), &motion, &start) {
+            Ok(moved) => {
+                record.resolve(t, &moved);
+                motion = moved.motion;
+            }
             Err(error) => {
-                let cause = blame(system.lost_reference(), Cause::Rejected(error));
-                record.stop(Status::Diverged { t, cause });
+                record.diverged(t, blame(system.lost_reference(), Cause::Rejected(error)));
                 break;
             }
         }
-        system.certify(&RK4, h, &mut certificate);
+        system.certify_step(h, &mut certificate);
     }
     record.finish()
 }
@@ -81,20 +84,18 @@ where
 {
     let end = record.time(record.steps);
     let mut certificate = Certificate::default();
-    let mut rates = [Motion::zeros(); 7];
-    let (mut t, mut h, mut row, mut carried) = (0.0, record.dt, 0, false);
+    let (mut t, mut h, mut row, mut carried) = (0.0, record.dt, 0, None);
+    let mut last_h = h;
     loop {
-        if !carried {
-            let ddq = system.acceleration(state, &DP54.stage(0, h), t, &motion);
-            rates[0] = Motion { q: motion.dq, dq: ddq };
-        }
+        let start = carried.unwrap_or_else(|| system.start(state, h, t, &motion));
+        system.settle(last_h, &mut certificate);
         if let Some(at) = system.evaluation() {
             if !record.check(at) {
                 break;
             }
-            if row == 0 {
+            if row <= record.steps && record.time(row) == t {
                 record.take(row, at);
-                row = 1;
+                row += 1;
             }
             record.confirm(&mut certificate, at);
         }
@@ -102,45 +103,112 @@ where
             break;
         }
         if monitor(t).is_break() {
-            record.stop(Status::Interrupted { t });
+            record.interrupted(t);
             break;
         }
-        let accepted = attempt((t, h, end), &motion, &mut rates, tolerance, |stage, time, at| {
-            if stage.index == LAST {
-                system.acceleration(state, stage, time, at)
-            } else {
-                system.rate(state, stage, time, at)
-            }
-        });
-        let Some(step) = accepted else {
-            let cause = blame(system.lost_reference(), Cause::StepTooShort);
-            record.stop(Status::Diverged { t, cause });
+        let here = (t, h, end);
+        let accepted = if start.is_stiff() {
+            by_stiff_steps(
+                &mut system,
+                state,
+                &motion,
+                &start,
+                (t, h),
+                (&record, &mut row),
+                tolerance,
+            )
+        } else {
+            by_dp54(&mut system, state, &motion, &start, here, (&mut record, &mut row), tolerance)
+        };
+        let Some((step, ddq)) = accepted else {
+            record.diverged(t, blame(system.lost_reference(), Cause::StepTooShort));
             break;
         };
-        let between = Dense::new(step.h, &motion, &rates);
-        while row <= record.steps && record.time(row) <= step.end {
-            if record.due(row) {
-                let time = record.time(row);
-                let theta = (time - t) / step.h;
-                let at = between.at(theta);
-                if record.wants_all() {
-                    record.take_between(&dense(&mut system, state, (time, step.h, theta), &at));
-                } else {
-                    record.take_motion(time, &at);
-                }
-            }
-            row += 1;
-        }
-        system.certify(&DP54, step.h, &mut certificate);
-        if let Err(error) = system.advance(state, &DP54.end(step.h, LAST)) {
-            record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
+        let advanced = if start.is_stiff() {
+            system.certify_step(step.h, &mut certificate);
+            system.advance(state, &RK4.end(step.h, 4))
+        } else {
+            system.certify(&DP54, step.h, &mut certificate);
+            system.advance(state, &DP54.end(step.h, LAST))
+        };
+        if let Err(error) = advanced {
+            record.diverged(t, Cause::Rejected(error));
             break;
         }
-        (motion, t, h) = (step.motion, step.end, step.next_h);
-        rates[0] = rates[LAST];
-        carried = system.carry(state, LAST);
+        (motion, t, h, last_h) = (step.motion, step.end, step.next_h, step.h);
+        carried = system.carry(state, LAST, ddq);
     }
     record.finish()
+}
+
+/// A step of Dormand-Prince from `t`, first tried with the length `h`, with the rows within it, and q̈ at its end; `None` if
+/// none met the tolerance.
+fn by_dp54<const N: usize, A, D, B, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+    state: &mut S,
+    motion: &Motion<N>,
+    start: &Start<N>,
+    (t, h, end): (f64, f64, f64),
+    (record, row): (&mut Recorder<N>, &mut usize),
+    tolerance: Tolerance,
+) -> Option<(Accepted<N>, Vector<N>)>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let mut rates = [Motion::zeros(); 7];
+    rates[0] = Motion { q: motion.dq, dq: start.ddq };
+    let step = attempt((t, h, end), motion, &mut rates, tolerance, |stage, time, at| {
+        if stage.index == LAST {
+            system.acceleration(state, stage, time, at)
+        } else {
+            system.rate(state, stage, time, at)
+        }
+    })?;
+    let between = Dense::new(step.h, motion, &rates);
+    while *row <= record.steps && record.time(*row) <= step.end {
+        if record.due(*row) {
+            let time = record.time(*row);
+            let theta = (time - t) / step.h;
+            let at = between.at(theta);
+            if record.wants_all() {
+                record.take_between(&dense(system, state, (time, step.h, theta), &at));
+            } else {
+                record.take_motion(time, &at);
+            }
+        }
+        *row += 1;
+    }
+    Some((step, rates[LAST].dq))
+}
+
+/// A step with friction solved for, up to the next row.
+fn by_stiff_steps<const N: usize, A, D, B, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+    state: &mut S,
+    motion: &Motion<N>,
+    start: &Start<N>,
+    (t, h): (f64, f64),
+    (record, row): (&Recorder<N>, &mut usize),
+    tolerance: Tolerance,
+) -> Option<(Accepted<N>, Vector<N>)>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    B: Arm<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    while !record.due(*row) {
+        *row += 1;
+    }
+    let step = attempt_stiff((t, h, record.time(*row)), motion, tolerance, |h, end| {
+        system.attempt(state, (t, h, end), motion, start)
+    })?;
+    Some((step, start.ddq))
 }
 
 /// Why the run cannot go on: the set-point of the stage evaluated last if that is no number, or else `cause`.

@@ -4,7 +4,9 @@ use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
 use super::integrators::Motion;
 use super::options::{Options, Record};
+use super::resolution::Resolution;
 use super::run::{Cause, Run, Status};
+use super::stiff::Moved;
 use crate::control::Sample;
 use crate::error::{Error, Result};
 use crate::math::Vector;
@@ -16,6 +18,7 @@ const DIVERGED: f64 = 1e6;
 pub(super) struct Recorder<const N: usize> {
     run: Run<N>,
     certificate: Option<Certificate>,
+    resolution: Resolution<N>,
     /// Number of the last row.
     pub steps: usize,
     every: usize,
@@ -40,7 +43,8 @@ impl<const N: usize> Recorder<N> {
             }
         })?;
         let (record, dt) = (options.record, options.dt);
-        Ok(Self { run, certificate: None, steps, every, record, dt })
+        let resolution = Resolution::new(dt);
+        Ok(Self { run, certificate: None, resolution, steps, every, record, dt })
     }
 
     /// Time of row k [s].
@@ -61,7 +65,7 @@ impl<const N: usize> Recorder<N> {
         match trouble(at) {
             None => true,
             Some(cause) => {
-                self.run.status = Status::Diverged { t: at.t, cause };
+                self.diverged(at.t, cause);
                 false
             }
         }
@@ -116,13 +120,27 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Notes why the run ended.
-    pub fn stop(&mut self, status: Status) {
-        self.run.status = status;
+    /// Notes how well the step from time `t` [s] on followed the motion.
+    #[inline]
+    pub fn resolve(&mut self, t: f64, moved: &Moved<N>) {
+        self.resolution.add(t, moved);
+    }
+
+    /// Notes that the run was stopped from outside.
+    pub fn interrupted(&mut self, t: f64) {
+        self.run.status = Status::Interrupted { t };
+    }
+
+    /// Notes why the run cannot go on.
+    pub fn diverged(&mut self, t: f64, cause: Cause) {
+        self.run.status = Status::Diverged { t, cause, doubt: self.resolution.doubt() };
     }
 
     /// The record.
     pub fn finish(mut self) -> Run<N> {
+        if let (Status::Finished, Some(doubt)) = (self.run.status, self.resolution.doubt()) {
+            self.run.status = Status::Unresolved(doubt);
+        }
         self.run.certificate = self.certificate;
         self.run
     }

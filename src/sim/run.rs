@@ -7,6 +7,7 @@ use std::collections::TryReserveError;
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
 use super::options::Record;
+use super::resolution::Doubt;
 use crate::control::Sample;
 use crate::error::Error;
 use crate::math::Vector;
@@ -17,6 +18,8 @@ use crate::reference::Reference;
 pub enum Status {
     /// It reached its duration.
     Finished,
+    /// It reached its duration, in steps too long to be believed.
+    Unresolved(Doubt),
     /// It was stopped from outside at this time [s].
     Interrupted {
         /// Time of the last step [s].
@@ -28,6 +31,8 @@ pub enum Status {
         t: f64,
         /// What happened.
         cause: Cause,
+        /// Steps that were too long before that, which may be why.
+        doubt: Option<Doubt>,
     },
 }
 
@@ -66,8 +71,12 @@ impl fmt::Display for Status {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Finished => f.write_str("finished"),
+            Self::Unresolved(doubt) => write!(f, "finished, but not resolved: {doubt}"),
             Self::Interrupted { t } => write!(f, "interrupted at t = {t:.6} s"),
-            Self::Diverged { t, cause } => write!(f, "diverged at t = {t:.6} s because {cause}"),
+            Self::Diverged { t, cause, doubt } => {
+                write!(f, "diverged at t = {t:.6} s because {cause}")?;
+                doubt.map_or(Ok(()), |doubt| write!(f, "; before that, {doubt}"))
+            }
         }
     }
 }

@@ -2,20 +2,22 @@
 
 use core::ops::ControlFlow;
 
-use super::adaptive::attempt;
+use super::adaptive::{attempt, attempt_stiff};
 use super::closed_loop::Evaluation;
-use super::integrators::{Motion, RK4};
+use super::integrators::{Motion, Tolerance};
 use super::options::Method;
 use super::recorder::Recorder;
-use super::run::{Cause, Run, Status};
-use crate::arm::Arm;
+use super::run::{Cause, Run};
+use super::stiff::{self, Moved, beyond_rk4};
+use crate::arm::{Arm, Posed, Resistance};
 use crate::control::{Audit, Command, Compensator, ComputedTorque, Sample, State};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
-/// The plant under a held torque: one step of RK4 of length `h` [s] from time `t`.
+/// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with friction and stops solved for
+/// where RK4 would be unstable.
 pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     plant: &Plant<N, A, D>,
     motion: &Motion<N>,
@@ -23,13 +25,93 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     t: f64,
     h: f64,
 ) -> Motion<N> {
-    let applied = plant.applied(tau);
-    let mut rates = [Motion::zeros(); 4];
-    RK4.stages(h, motion, 0, &mut rates, |stage, at| {
-        plant.acceleration(&at.q, &at.dq, &applied, t + stage.node * h)
-    });
-    motion.plus(h, &RK4.weights, &rates)
+    Held::new(plant, tau).step(motion, t, h).motion
 }
+
+/// The plant under a held torque.
+struct Held<'a, const N: usize, A, D> {
+    plant: &'a Plant<N, A, D>,
+    applied: Vector<N>,
+    /// What opposes the motion of the joints, unless nothing does.
+    laws: Option<[Resistance; N]>,
+}
+
+impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
+    fn new(plant: &'a Plant<N, A, D>, tau: &Vector<N>) -> Self {
+        let laws = plant.arm.resists().then(|| Resistance::of(&plant.arm));
+        Self { plant, applied: plant.applied(tau), laws }
+    }
+
+    /// q̈ at the start of a step of `h` [s], and what to solve for with M⁻¹r there if the step is beyond RK4.
+    fn start(&self, at: &Motion<N>, t: f64, h: f64) -> (Vector<N>, Option<Braked<'_, N>>) {
+        let (arm, Motion { q, dq }) = (&self.plant.arm, at);
+        let Some(laws) = &self.laws else {
+            return (self.acceleration(at, t), None);
+        };
+        let (posed, net) = (Posed::of(arm, q, dq), self.net(at, t));
+        let stiff = beyond_rk4(&posed.factor, laws, h).then(|| (laws, posed.free(&net)));
+        (posed.acceleration(arm, (q, dq), &net), stiff)
+    }
+
+    /// One step of length `h` [s] from time `t`.
+    fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
+        match self.start(motion, t, h) {
+            (_, Some(stiff)) => self.step_stiff(motion, stiff, t, h),
+            (ddq, None) => Moved::by_rk4(h, motion, &ddq, |stage, at| {
+                self.acceleration(at, t + stage.node * h)
+            }),
+        }
+    }
+
+    fn step_stiff(
+        &self,
+        motion: &Motion<N>,
+        (laws, free): Braked<'_, N>,
+        t: f64,
+        h: f64,
+    ) -> Moved<N> {
+        stiff::step(&self.plant.arm, laws, h, motion, &free, |stage, at, posed, _| {
+            posed.free(&self.net(at, t + stage.node * h))
+        })
+        .0
+    }
+
+    /// The motion at `end` [s], by steps under error control, first one of `h` [s]; `None` if none met the tolerance.
+    fn glide(
+        &self,
+        start: &Motion<N>,
+        (mut t, mut h, end): (f64, f64, f64),
+        tolerance: Tolerance,
+    ) -> Option<Motion<N>> {
+        let (mut motion, mut rates) = (*start, [Motion::zeros(); 7]);
+        while t < end {
+            let (ddq, stiff) = self.start(&motion, t, h);
+            rates[0] = Motion { q: motion.dq, dq: ddq };
+            let step = match stiff {
+                Some(stiff) => attempt_stiff((t, h, end), &motion, tolerance, |h, _| {
+                    self.step_stiff(&motion, stiff, t, h)
+                }),
+                None => attempt((t, h, end), &motion, &mut rates, tolerance, |_, time, at| {
+                    self.acceleration(at, time)
+                }),
+            }?;
+            (motion, t, h) = (step.motion, step.end, step.next_h);
+        }
+        Some(motion)
+    }
+
+    fn acceleration(&self, at: &Motion<N>, t: f64) -> Vector<N> {
+        self.plant.acceleration(&at.q, &at.dq, &self.applied, t)
+    }
+
+    /// τ − τ_d [N·m].
+    fn net(&self, at: &Motion<N>, t: f64) -> Vector<N> {
+        self.applied - self.plant.disturbance.torque(&at.q, &at.dq, t)
+    }
+}
+
+/// What opposes the motion of the joints, and M⁻¹r without it.
+type Braked<'a, const N: usize> = (&'a [Resistance; N], Vector<N>);
 
 /// Plant, sampled controller and reference.
 pub(super) struct Sampled<'a, const N: usize, A, D, B, C, R> {
@@ -68,7 +150,7 @@ where
                 match self.decide(state, &sample, period) {
                     Ok(decision) => held = Some(decision),
                     Err(error) => {
-                        record.stop(Status::Diverged { t, cause: Cause::Rejected(error) });
+                        record.diverged(t, Cause::Rejected(error));
                         break;
                     }
                 }
@@ -83,13 +165,13 @@ where
                 break;
             }
             if monitor(t).is_break() {
-                record.stop(Status::Interrupted { t });
+                record.interrupted(t);
                 break;
             }
-            match self.hold(&motion, &command.tau, (t, record.dt, record.time(k + 1))) {
-                Ok(next) => motion = next,
-                Err(cause) => {
-                    record.stop(Status::Diverged { t, cause });
+            match self.hold(&mut record, &motion, &command.tau, k) {
+                Some(next) => motion = next,
+                None => {
+                    record.diverged(t, Cause::StepTooShort);
                     break;
                 }
             }
@@ -102,7 +184,7 @@ where
         state: &mut State<N, S>,
         sample: &Sample<N>,
         period: f64,
-    ) -> Result<(Command<N>, Option<Audit<N>>), Error>
+    ) -> Result<(Command<N>, Option<Audit<N>>)>
     where
         C: Compensator<N, S>,
     {
@@ -123,27 +205,20 @@ where
         Evaluation::new(t, sample, command, applied, &ddq, audit)
     }
 
+    /// The motion at row k + 1; `None` if the error control gave up.
     fn hold(
         &self,
+        record: &mut Recorder<N>,
         start: &Motion<N>,
         tau: &Vector<N>,
-        (t, h, end): (f64, f64, f64),
-    ) -> Result<Motion<N>, Cause> {
-        let Method::Dp54(tolerance) = self.method else {
-            return Ok(hold_torque(self.plant, start, tau, t, h));
-        };
-        let applied = self.plant.applied(tau);
-        let (mut motion, mut t, mut h) = (*start, t, h);
-        let mut rates = [Motion::zeros(); 7];
-        while t < end {
-            let ddq = self.plant.acceleration(&motion.q, &motion.dq, &applied, t);
-            rates[0] = Motion { q: motion.dq, dq: ddq };
-            let step = attempt((t, h, end), &motion, &mut rates, tolerance, |_, time, at| {
-                self.plant.acceleration(&at.q, &at.dq, &applied, time)
-            })
-            .ok_or(Cause::StepTooShort)?;
-            (motion, t, h) = (step.motion, step.end, step.next_h);
+        k: usize,
+    ) -> Option<Motion<N>> {
+        let (held, t) = (Held::new(self.plant, tau), record.time(k));
+        if let Method::Dp54(tolerance) = self.method {
+            return held.glide(start, (t, record.dt, record.time(k + 1)), tolerance);
         }
-        Ok(motion)
+        let moved = held.step(start, t, record.dt);
+        record.resolve(t, &moved);
+        Some(moved.motion)
     }
 }

@@ -56,7 +56,7 @@ fn assert_whole(run: &Run<2>) {
 
 fn assert_stopped(run: &Run<2>, from: f64, to: f64, expected: &[Cause]) {
     assert_whole(run);
-    let Status::Diverged { t, cause } = run.status else { panic!("{}", run.status) };
+    let Status::Diverged { t, cause, .. } = run.status else { panic!("{}", run.status) };
     assert!((from..=to).contains(&t), "stopped at {t}: {cause}");
     assert!(expected.contains(&cause), "{cause:?}");
     assert!(run.t.len() > 900 && run.t[run.t.len() - 1] <= t);

@@ -169,7 +169,7 @@ pub fn flipped(options: &Options<2>) -> Run<2> {
 fn the_printed_sign_applied_to_the_weights_diverges() {
     let method = Method::Dp54(Tolerance { rtol: 1e-3, atol: 1e-3 });
     let run = flipped(&Options { method, record_every: 100, ..Options::default() });
-    let Status::Diverged { t, cause } = run.status else { panic!("{}", run.status) };
+    let Status::Diverged { t, cause, .. } = run.status else { panic!("{}", run.status) };
     assert_eq!(cause, Cause::Motion);
     assert!((8.8..9.5).contains(&t), "diverged at {t} s");
     assert!((run.e[40][0] + 74.4).abs() < 0.5, "{:?}", run.e[40]);

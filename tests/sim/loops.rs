@@ -9,7 +9,7 @@ use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::Reference;
 use steadyarm::sim::{
-    ClosedLoop, Method, Motion, Options, RK4, Record, Run, Status, Tolerance, Window, hold_torque,
+    ClosedLoop, Method, Motion, Options, Record, Run, Status, Tolerance, Window, hold_torque,
     metrics, simulate,
 };
 
@@ -87,17 +87,15 @@ fn simulate_equals_manual_continuous_loop_bit_for_bit() {
         let (run, after) = simulated(&controller, &options(None));
         let (mut state, mut motion) = (fresh(&controller).compensator, start());
         let mut system = ClosedLoop::new(&plant, &controller, &reference);
-        let mut rates = [Motion::zeros(); 4];
         for k in 0..=STEPS {
             let (t, end) = (k as f64 * H, (k + 1) as f64 * H);
-            let ddq = system.acceleration(&mut state, &RK4.stage(0, H), t, &motion);
-            rates[0] = Motion { q: motion.dq, dq: ddq };
+            let start = system.start(&mut state, H, t, &motion);
             let evaluation = system.evaluation().unwrap();
             assert_same_rows(&run, k, &motion, &evaluation.applied);
             assert_eq!(bits(&run.rho[k]), bits(evaluation.rho.as_slice()));
             assert_eq!(run.v[k].to_bits(), evaluation.audit.unwrap().value.to_bits());
             if k < STEPS {
-                motion = system.finish_rk4(&mut state, (t, H, end), &motion, &mut rates).unwrap();
+                motion = system.finish(&mut state, (t, H, end), &motion, &start).unwrap().motion;
             }
         }
         assert_eq!(

@@ -2,10 +2,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod carry;
+#[path = "../serial/chains.rs"]
+mod chains;
 #[path = "../common/mod.rs"]
 mod common;
 mod endings;
+mod friction;
 mod identity;
 mod integrators;
 mod learning;
 mod loops;
+#[path = "../common/random.rs"]
+mod random;

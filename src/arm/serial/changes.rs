@@ -18,7 +18,7 @@ impl<const N: usize> Serial<N> {
             arm.parameters.links[joint].friction = JointFriction::default();
             arm.chain.joints[joint].friction = JointFriction::default();
         }
-        arm.has_friction = false;
+        (arm.has_friction, arm.sticks) = (false, false);
         arm
     }
 

@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::inverse::Wrench;
 use super::joint::{Chain, Mass};
 use super::space::{Turn, V3};
-use crate::math::{LANES, Line, Matrix, Vector};
+use crate::math::{LANES, Line, Matrix};
 
 /// Line k has a one in lane k.
 static ONES: [Line; LANES] = {
@@ -145,37 +145,6 @@ impl<const N: usize> Chain<N> {
         }
         m
     }
-
-    /// M(q)⁻¹ τ through `M = Lᵀ D L`, from the last joint to the first as articulated bodies go: fewer operations than theirs
-    /// for a short chain.
-    #[inline(always)]
-    pub fn accelerations_by_factors(&self, turns: &[Turn; N], tau: &Vector<N>) -> Vector<N> {
-        let mass = self.mass_matrix(turns);
-        // Row k of M is column k; L replaces it below the diagonal.
-        let mut rows: [[f64; N]; N] = mass.data.0;
-        let mut x: [f64; N] = tau.data.0[0];
-        let mut inverse_d = [0.0; N];
-        for k in (0..N).rev() {
-            inverse_d[k] = 1.0 / rows[k][k];
-            let row = rows[k];
-            for i in 0..k {
-                let share = row[i] * inverse_d[k];
-                for j in 0..=i {
-                    rows[i][j] -= share * row[j];
-                }
-                x[i] -= share * x[k];
-                rows[k][i] = share;
-            }
-        }
-        for k in 0..N {
-            let mut sum = x[k] * inverse_d[k];
-            for i in 0..k {
-                sum -= rows[k][i] * x[i];
-            }
-            x[k] = sum;
-        }
-        Vector::<N>::from(x)
-    }
 }
 
 #[cfg(test)]
@@ -185,6 +154,7 @@ mod tests {
 
     use super::*;
     use crate::arm::{Inertia, JointKind, Link, Pose, SerialParameters};
+    use crate::math::Vector;
 
     /// Joints of both kinds, each along another axis, whose links are far from symmetric.
     fn chain<const N: usize>() -> Chain<N> {

@@ -157,6 +157,13 @@ impl Default for JointLimits {
     }
 }
 
+impl JointLimits {
+    /// Whether the position is within the range.
+    pub(crate) fn contain(&self, q: f64) -> bool {
+        self.lower <= q && q <= self.upper
+    }
+}
+
 impl Link {
     /// A joint without friction, armature, limits and stops, and its link.
     pub fn new(kind: JointKind, placement: Pose, axis: Vector3, inertia: Inertia) -> Self {

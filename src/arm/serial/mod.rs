@@ -25,7 +25,7 @@ pub use unphysical::Unphysical;
 #[cfg(feature = "std")]
 pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
-use crate::arm::Arm;
+use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, Vector};
 use joint::{Chain, Mass};
@@ -62,6 +62,8 @@ pub struct Serial<const N: usize> {
     chain: Chain<N>,
     has_friction: bool,
     has_stops: bool,
+    /// Whether the friction of any joint is dry.
+    sticks: bool,
 }
 
 impl<const N: usize> Serial<N> {
@@ -98,7 +100,8 @@ impl<const N: usize> Serial<N> {
         let chain = Chain::new(&parameters);
         let has_friction = parameters.links.iter().any(|link| !link.friction.is_none());
         let has_stops = parameters.links.iter().any(|link| !link.stop.is_none());
-        let arm = Self { parameters, unphysical, chain, has_friction, has_stops };
+        let sticks = parameters.links.iter().any(|link| link.friction.hold().is_some());
+        let arm = Self { parameters, unphysical, chain, has_friction, has_stops, sticks };
         for probe in 0..=PROBES {
             // Multiples of the golden angle: all joints at other angles in every probe.
             let at = |i: usize, _| 2.399_963_229_728_653 * (probe * (i + 1)) as f64;
@@ -234,6 +237,18 @@ impl<const N: usize> Arm<N> for Serial<N> {
         self.chain.inverse(&self.chain.turns(q), &Vector::zeros(), None, self.upward())
     }
 
+    fn joint_friction(&self, joint: usize) -> JointFriction {
+        self.chain.joints[joint].friction
+    }
+
+    fn joint_stop(&self, joint: usize) -> (JointStop, JointLimits) {
+        (self.parameters.links[joint].stop, self.parameters.links[joint].limits)
+    }
+
+    fn resists(&self) -> bool {
+        self.has_friction || self.has_stops
+    }
+
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
         self.add_friction(Vector::zeros(), dq)
     }
@@ -244,6 +259,17 @@ impl<const N: usize> Arm<N> for Serial<N> {
 
     fn potential_energy(&self, q: &Vector<N>) -> f64 {
         self.chain.potential_energy(&self.chain.turns(q))
+    }
+
+    fn rigid_dynamics(
+        &self,
+        q: &Vector<N>,
+        choose: &mut dyn FnMut(&Matrix<N>) -> Vector<N>,
+    ) -> (Matrix<N>, Vector<N>, Vector<N>) {
+        let turns = self.chain.turns(q);
+        let mass = self.chain.mass_matrix(&turns);
+        let dq = choose(&mass);
+        (mass, dq, self.chain.inverse(&turns, &dq, None, self.upward()))
     }
 
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
@@ -263,10 +289,13 @@ impl<const N: usize> Arm<N> for Serial<N> {
     }
 
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
+        if self.sticks {
+            return Posed::of(self, q, dq).acceleration(self, (q, dq), tau);
+        }
         let turns = self.chain.turns(q);
         let net = tau - self.add_stop_torques(self.bias_at(&turns, dq), q, dq);
         if N <= SHORT {
-            return self.chain.accelerations_by_factors(&turns, &net);
+            return Factor::of(&self.chain.mass_matrix(&turns)).solve(&net);
         }
         self.chain.accelerations(&turns, &net)
     }

@@ -43,4 +43,16 @@ impl JointStop {
         };
         push(q - limits.upper, dq) - push(limits.lower - q, -dq)
     }
+
+    /// ∂s/∂q [N·m/rad] and ∂s/∂q̇ [N·m·s/rad], both ≥ 0.
+    pub(crate) fn slopes(&self, limits: &JointLimits, q: f64, dq: f64) -> [f64; 2] {
+        let (depth, rate) =
+            if q > limits.upper { (q - limits.upper, dq) } else { (limits.lower - q, -dq) };
+        let rise = 1.0 + self.dissipation * rate;
+        if depth > 0.0 && rise > 0.0 {
+            [self.stiffness * rise, self.stiffness * self.dissipation * depth]
+        } else {
+            [0.0; 2]
+        }
+    }
 }

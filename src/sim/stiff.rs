@@ -1,0 +1,193 @@
+//! RK4 with friction and stops solved for, where RK4 alone would be unstable: five stages at c = 0, ½, ½, 1, 1.
+//!
+//! `M(q) v̇ = r − λ`, λᵢ ∈ gᵢ(vᵢ): r and q go by RK4's own tableau, λ by one that is implicit. With K = M⁻¹r:
+//!
+//! ```text
+//! Qᵢ = q + h Σ aᵢⱼ Vⱼ     Wᵢ = v + h Σ (aᵢⱼ Kⱼ + āᵢⱼ Fⱼ)     M(Qᵢ)(Vᵢ − Wᵢ) + h āᵢᵢ λᵢ = 0     Fᵢ = (Vᵢ − Wᵢ)/(h āᵢᵢ)
+//!
+//! a: 1 |                              ā: 1 | 0
+//!    2 | 1/2                             2 | 0  1/2
+//!    3 | 0    1/2                        3 | 0  0    1/2
+//!    4 | 0    0    1                     4 | 0  1/4  1/4   1/2
+//!    5 | 1/6  1/3  1/3  1/6              5 | 0  1/2  1/2  −1/4  1/4
+//! ```
+//!
+//! Both ends of the step are stages, so that a joint that sticks does not move by one bit. Without friction V = W, and the
+//! step is RK4's. Order 4, and 2 in the friction and what it couples to; |R(x)| < 1 for all x < 0 and R(−∞) = 0 for the
+//! friction alone. Nothing of the friction is remembered from one step to the next.
+
+use super::integrators::{Motion, RK4};
+use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
+use crate::control::Stage;
+use crate::math::{Matrix, Vector};
+
+/// Rows 2 to 5 of ā, without their first column of zeros.
+const IMPLICIT: [[f64; 4]; 4] =
+    [[0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.25, 0.25, 0.5, 0.0], [0.5, 0.5, -0.25, 0.25]];
+
+/// The last row: the weights of F₂ … F₅ in the change of the velocity.
+pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
+
+/// RK4 stays as long as h times the largest rate at which friction brakes is below this; beyond 2.78 it is unstable.
+const MOST_BRAKING: f64 = 2.0;
+/// And as long as h² times the largest squared frequency of a joint in its stop is below this.
+const MOST_SPRING: f64 = 1.0;
+
+/// Where a step led.
+#[derive(Clone, Copy, Debug)]
+pub struct Moved<const N: usize> {
+    /// The motion at its end.
+    pub motion: Motion<N>,
+    /// An estimate of the error of the position [rad], from a method of lower order.
+    pub error: Vector<N>,
+    /// A joint that ran into a stop too stiff for the step to follow, or one of a stage that was not solved.
+    pub(super) lost: Option<Lost>,
+}
+
+/// What a step could not follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Lost {
+    /// The bounce of this joint in its stop.
+    Bounce(usize),
+    /// The friction.
+    Friction,
+}
+
+impl<const N: usize> Moved<N> {
+    /// One step of RK4 of length `h` [s] from `start`, where q̈ = `ddq`.
+    pub fn by_rk4(
+        h: f64,
+        start: &Motion<N>,
+        ddq: &Vector<N>,
+        acceleration: impl FnMut(&Stage<'_>, &Motion<N>) -> Vector<N>,
+    ) -> Self {
+        let mut rates = [Motion::zeros(); 4];
+        rates[0] = Motion { q: start.dq, dq: *ddq };
+        RK4.stages(h, start, 1, &mut rates, acceleration);
+        let motion = start.plus(h, &RK4.weights, &rates);
+        // The method of order 3 whose last stage is the end of the step.
+        let error = (rates[3].q - motion.dq) * (h / 6.0);
+        Self { motion, error, lost: None }
+    }
+}
+
+/// Whether a step of `h` [s] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for friction, or `h² kᵢ (M⁻¹)ᵢᵢ > 1`
+/// for a stop. The trace bounds the largest eigenvalue of M⁻¹D.
+pub(super) fn beyond_rk4<const N: usize>(
+    factor: &Factor<N>,
+    laws: &[Resistance; N],
+    h: f64,
+) -> bool {
+    let inverse = factor.inverse_diagonal();
+    let braking: f64 = (0..N).map(|i| inverse[i] * laws[i].friction.steepest()).sum();
+    h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
+}
+
+/// Whether a bounce of joint `i` in its stop is shorter than a step of `h` [s].
+fn is_hard<const N: usize>(inverse: &Vector<N>, law: &Resistance, i: usize, h: f64) -> bool {
+    h * h * law.stop.stiffness * inverse[i] > MOST_SPRING
+}
+
+/// The step of length `h` [s] from `start`, where K₁ = `free`, and F₅. `rate` gives Kᵢ at a stage: it is told the stage, the
+/// motion there, the arm at it, and Fᵢ.
+pub(super) fn step<const N: usize, A: Arm<N>>(
+    arm: &A,
+    laws: &[Resistance; N],
+    h: f64,
+    start: &Motion<N>,
+    free: &Vector<N>,
+    mut rate: impl FnMut(&Stage<'_>, &Motion<N>, &Posed<N>, &Vector<N>) -> Vector<N>,
+) -> (Moved<N>, Vector<N>) {
+    let mut rates = [Motion::zeros(); 4];
+    rates[0] = Motion { q: start.dq, dq: *free };
+    let (mut braking, mut solved) = ([Vector::zeros(); 3], true);
+    for i in 1..4 {
+        let forward = start.plus(h, &RK4.rows[i][..i], &rates[..i]);
+        let mut at_stage = None;
+        let (mass, v, rigid) = arm.rigid_dynamics(&forward.q, &mut |mass| {
+            let factor = Factor::of(mass);
+            let stage = Braked { laws, h, start, rates: &rates[..i], braking: &braking[..i - 1] };
+            let (v, f, found) = stage.solve(mass, &factor, &forward.dq);
+            at_stage = Some((factor, f, found));
+            v
+        });
+        let Some((factor, f, found)) = at_stage else { continue };
+        (braking[i - 1], solved) = (f, solved && found);
+        let at = Motion { q: forward.q, dq: v };
+        let k = rate(&RK4.stage(i, h), &at, &Posed { mass, factor, rigid }, &f);
+        rates[i] = Motion { q: v, dq: k };
+    }
+    let Motion { mut q, dq: forward } = start.plus(h, &RK4.weights, &rates);
+    let mass = arm.mass_matrix(&q);
+    let factor = Factor::of(&mass);
+    let last = Braked { laws, h, start, rates: &rates, braking: &braking };
+    let (dq, f, found) = last.solve(&mass, &factor, &forward);
+    let error = q - start.q - (start.dq + dq) * (0.5 * h);
+    let lost =
+        if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
+    (Moved { motion: Motion { q, dq }, error, lost }, f)
+}
+
+/// A stage whose velocity is to be found.
+struct Braked<'a, const N: usize> {
+    laws: &'a [Resistance; N],
+    h: f64,
+    start: &'a Motion<N>,
+    /// Those of the stages before.
+    rates: &'a [Motion<N>],
+    braking: &'a [Vector<N>],
+}
+
+impl<const N: usize> Braked<'_, N> {
+    /// āᵢⱼ of the stages 2, 3, … and h āᵢᵢ.
+    fn row(&self) -> (&'static [f64], f64) {
+        let row = &IMPLICIT[self.braking.len()];
+        (&row[..self.braking.len()], self.h * row[self.braking.len()])
+    }
+
+    /// q + h Σ āᵢⱼ Vⱼ over the stages before.
+    fn place(&self) -> Vector<N> {
+        let mut place = self.start.q;
+        for (a, rate) in self.row().0.iter().zip(&self.rates[1..]) {
+            place += rate.q * (self.h * a);
+        }
+        place
+    }
+
+    /// V, F, and whether they were found, from the velocity `forward` that all but friction leads to.
+    fn solve(
+        &self,
+        mass: &Matrix<N>,
+        factor: &Factor<N>,
+        forward: &Vector<N>,
+    ) -> (Vector<N>, Vector<N>, bool) {
+        let (row, h) = self.row();
+        let mut free = *forward;
+        for (a, f) in row.iter().zip(self.braking) {
+            free += f * (self.h * a);
+        }
+        let guess = self.rates[self.rates.len() - 1].q;
+        let place = &self.place();
+        let (v, found) = Implicit { mass, factor, laws: self.laws, h, place }.solve(&free, &guess);
+        (v, (v - free) / h, found)
+    }
+
+    /// Puts the joints that are in their stops where the stops were solved for. Says which one came into a stop whose bounce
+    /// is shorter than the step.
+    fn touch(&self, factor: &Factor<N>, v: &Vector<N>, q: &mut Vector<N>) -> Option<Lost> {
+        let (place, h) = (self.place(), self.row().1);
+        let mut lost = None;
+        for (i, law) in self.laws.iter().enumerate() {
+            let at = place[i] + h * v[i];
+            if law.stop.is_none() || law.limits.contain(at) {
+                continue;
+            }
+            q[i] = at;
+            let came = law.limits.contain(self.start.q[i]);
+            if came && lost.is_none() && is_hard(&factor.inverse_diagonal(), law, i, self.h) {
+                lost = Some(Lost::Bounce(i));
+            }
+        }
+        lost
+    }
+}
