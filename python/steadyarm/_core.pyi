@@ -258,7 +258,7 @@ class Serial:
 
         ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``stribeck``: by how much breaking away takes
         more [N·m], ``stribeck_speed``: where that has fallen to 1/e [rad/s], ``smoothing``: where
-        Coulomb friction reaches 76 % [rad/s].
+        Coulomb friction reaches 76 % [rad/s]; 0 for dry friction that sticks.
         """
     def with_armature(self, armature: ArrayLike) -> Serial:
         """Return the same arm with rotors of this inertia in place of its own; scalar or (n,).

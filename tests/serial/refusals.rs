@@ -140,7 +140,6 @@ fn friction_and_armature_that_drive() {
     assert_eq!(refusal(|l| l.friction.stribeck = -1e-9), outside("friction.stribeck"));
     let speed = "friction.stribeck_speed";
     assert_eq!(refusal(|l| l.friction.stribeck_speed = 0.0), outside(speed));
-    assert_eq!(refusal(|l| l.friction.smoothing = 0.0), outside("friction.smoothing"));
     assert_eq!(refusal(|l| l.friction.smoothing = -0.1), outside("friction.smoothing"));
     assert_eq!(refusal(|l| l.armature = -1e-9), outside("armature"));
 }
