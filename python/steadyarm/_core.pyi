@@ -8,7 +8,7 @@ the argument, what it got and what it wants: ``TypeError`` for a wrong type, ``V
 wrong shape or value (NaN and infinity included).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from typing import Any, Literal, TypedDict, final
 
@@ -188,13 +188,22 @@ class Serial:
         tip: str | None = None,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
         *,
+        masses: Mapping[str, float] | None = None,
+        inertials: Mapping[str, tuple[float, ArrayLike, ArrayLike]] | None = None,
         unphysical: Literal["refuse", "note", "nearest"] = "refuse",
     ) -> Serial:
         """Read the chain from link ``base`` (default: the root) to link ``tip`` (the only end).
 
         A string that starts with ``<`` is the text itself. Fixed joints are merged; other joints
-        are held at 0. ``gravity`` [m/s²] in the axes of the base. What was not used stands in
-        `notes`.
+        are held at 0. ``gravity`` [m/s²] in the axes of the file's root, also if ``base`` is
+        turned against it. What is not between base and tip refuses nothing. What was not used, or
+        looks odd, stands in `notes`. A file with macros is expanded first, by ``pip install
+        xacrodoc`` and ``xacrodoc robot.urdf.xacro -o robot.urdf``.
+
+        ``masses``: {link: kg}, in the place of those that the file states: centres of mass stay,
+        moments are scaled alike. ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in
+        the link's frame, in the place of what the file states or does not: com (3,), moments about
+        it, a scalar for all axes, a diagonal (3,), or (3, 3). Names of links, fixed ones too.
 
         ``unphysical``: what is done about a link, with all that is fixed to it, that no rigid body
         is (negative mass or moments, a broken triangle inequality). "refuse" it; "note": take it as

@@ -10,7 +10,7 @@ use super::read_error;
 use super::serial_arm::{SerialArm, homogeneous, serial_arm};
 use super::serial_files::{self, triple};
 use crate::arm::{JointFriction, Link};
-use crate::robot::{Description, shipped};
+use crate::robot::{Description, UrdfOptions, shipped};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -39,18 +39,29 @@ impl PySerial {
     /// From a URDF: a path, or the text itself.
     #[staticmethod]
     #[pyo3(
-        signature = (path_or_text, base=None, tip=None, gravity=None, *, unphysical=None),
-        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, unphysical='refuse')"
+        signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None,
+            inertials=None, unphysical=None),
+        text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, \
+            masses=None, inertials=None, unphysical='refuse')"
     )]
     fn from_urdf(
         path_or_text: Any<'_, '_>,
         base: Option<String>,
         tip: Option<String>,
         gravity: Option<Any<'_, '_>>,
+        masses: Option<Any<'_, '_>>,
+        inertials: Option<Any<'_, '_>>,
         unphysical: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let ends = [base.as_deref(), tip.as_deref()];
-        Self::new(serial_files::urdf(path_or_text, ends, gravity, unphysical)?)
+        let options = UrdfOptions {
+            base,
+            tip,
+            gravity: serial_files::gravity(gravity)?,
+            masses: serial_files::masses(masses)?,
+            inertials: serial_files::inertials(inertials)?,
+            unphysical: serial_files::unphysical(unphysical)?.unwrap_or_default(),
+        };
+        Self::new(serial_files::urdf(path_or_text, &options)?)
     }
 
     /// From a Denavit-Hartenberg table.

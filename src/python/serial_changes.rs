@@ -102,7 +102,8 @@ impl PySerial {
         inertia: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
-        let moments = inertia.map_or(Ok(Matrix::<3>::zeros()), moments)?;
+        let moments =
+            inertia.map_or(Ok(Matrix::<3>::zeros()), |value| moments(value, "inertia"))?;
         let body = Inertia { mass: scalar(mass, "mass")?, com, moments };
         self.changed(self.arm.with_payload(&body).map_err(of_argument)?)
     }

@@ -1,17 +1,18 @@
 //! Robot descriptions from Python's arguments: paths, texts, and tables.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyMapping, PyString};
 
-use super::convert::{Numbers, matrix_of, numbers, word, wrong_shape, wrong_type};
+use super::convert::{Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
 use super::{read_error, saving};
 use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
-use crate::robot::{Convention, Description, DhRow, GRAVITY, ReadError};
+use crate::robot::{Convention, Description, DhRow, GRAVITY, UrdfOptions};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -35,62 +36,52 @@ fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<Source
     Ok(Source::Path(path))
 }
 
-pub(super) fn urdf(
-    value: Any<'_, '_>,
-    [base, tip]: [Option<&str>; 2],
-    gravity: Option<Any<'_, '_>>,
-    policy: Option<Any<'_, '_>>,
-) -> PyResult<Description> {
-    let (gravity, policy) = (gravity_of(gravity)?, policy.map(unphysical).transpose()?);
-    let is_text = |text: &str| text.trim_start_matches('\u{feff}').trim_start().starts_with('<');
-    description(source(value, is_text)?, |text| {
-        Description::from_urdf_taking(text, base, tip, gravity, policy.unwrap_or_default())
-    })
+pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Description> {
+    match source(value, |text| text.trim_start_matches('\u{feff}').trim_start().starts_with('<'))? {
+        Source::Text(text) => Description::from_urdf_with(&text, options),
+        Source::Path(path) => Description::from_urdf_file_with(path, options),
+    }
+    .map_err(read_error)
 }
 
 /// What is done about links that no body is stands in the file, unless it is given.
 pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<Description> {
-    let policy = policy.map(unphysical).transpose()?;
-    description(source(value, |text| text.contains('\n'))?, |text| match policy {
+    let policy = unphysical(policy)?;
+    let read = |text: &str| match policy {
         Some(policy) => Description::from_toml_taking(text, policy),
         None => Description::from_toml(text),
-    })
-}
-
-/// From a table.
-pub(super) fn dh(
-    columns: &Columns<'_, '_>,
-    convention: Option<Any<'_, '_>>,
-    gravity: Option<Any<'_, '_>>,
-    name: &str,
-    policy: Option<Any<'_, '_>>,
-) -> PyResult<Description> {
-    let (gravity, policy) = (gravity_of(gravity)?, policy.map(unphysical).transpose()?);
-    let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
-    Description::from_dh_taking(name, &rows, convention, gravity, policy.unwrap_or_default())
-        .map_err(read_error)
-}
-
-fn gravity_of(value: Option<Any<'_, '_>>) -> PyResult<[f64; 3]> {
-    value.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))
-}
-
-fn description(
-    source: Source,
-    read: impl FnOnce(&str) -> Result<Description, ReadError>,
-) -> PyResult<Description> {
-    match source {
+    };
+    match source(value, |text| text.contains('\n'))? {
         Source::Text(text) => read(&text),
         Source::Path(path) => Description::from_file(path, read),
     }
     .map_err(read_error)
 }
 
-/// What is done about links that no body is.
-fn unphysical(value: Any<'_, '_>) -> PyResult<Unphysical> {
+/// From a table.
+pub(super) fn dh(
+    columns: &Columns<'_, '_>,
+    convention: Option<Any<'_, '_>>,
+    gravity_of: Option<Any<'_, '_>>,
+    name: &str,
+    policy: Option<Any<'_, '_>>,
+) -> PyResult<Description> {
+    let (gravity, policy) = (gravity(gravity_of)?, unphysical(policy)?.unwrap_or_default());
+    let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
+    Description::from_dh_taking(name, &rows, convention, gravity, policy).map_err(read_error)
+}
+
+/// The usual one, unless it is given.
+pub(super) fn gravity(value: Option<Any<'_, '_>>) -> PyResult<[f64; 3]> {
+    value.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))
+}
+
+/// What is done about links that no body is, if it is said.
+pub(super) fn unphysical(value: Option<Any<'_, '_>>) -> PyResult<Option<Unphysical>> {
     const ALL: [Unphysical; 3] = [Unphysical::Refuse, Unphysical::Note, Unphysical::Nearest];
+    let Some(value) = value else { return Ok(None) };
     let name = word(value, "unphysical", ALL.map(Unphysical::name))?;
-    Ok(ALL.into_iter().find(|one| one.name() == name).unwrap_or_default())
+    Ok(ALL.into_iter().find(|one| one.name() == name))
 }
 
 /// Refuses stops for an arm whose joints have no ends.
@@ -106,6 +97,46 @@ pub(super) fn refuse_stops_without_ends(links: &[Link], stiffness: &[f64]) -> Py
     }
 }
 
+/// `{link: kg}`.
+pub(super) fn masses(value: Option<Any<'_, '_>>) -> PyResult<BTreeMap<String, f64>> {
+    by_link(value, "masses", "a dict of masses by link", |mass, name| scalar(&mass, name))
+}
+
+/// `{link: (mass, com, moments)}`.
+pub(super) fn inertials(value: Option<Any<'_, '_>>) -> PyResult<BTreeMap<String, Inertia>> {
+    let wanted = "a dict of (mass, com, moments) by link";
+    by_link(value, "inertials", wanted, |parts, name| {
+        let parts = parts.extract::<[Bound<'_, PyAny>; 3]>();
+        let [mass, com, moments_of] = parts
+            .map_err(|_| PyValueError::new_err(format!("{name}: wants (mass, com, moments)")))?;
+        Ok(Inertia {
+            mass: scalar(&mass, &format!("{name}, mass"))?,
+            com: triple(&com, &format!("{name}, com"))?.into(),
+            moments: moments(&moments_of, &format!("{name}, moments"))?,
+        })
+    })
+}
+
+/// A mapping by the names of links; nothing where it is absent.
+fn by_link<'py, T>(
+    value: Option<Any<'_, 'py>>,
+    argument: &str,
+    wanted: &str,
+    read: impl Fn(Bound<'py, PyAny>, &str) -> PyResult<T>,
+) -> PyResult<BTreeMap<String, T>> {
+    let Some(value) = value else { return Ok(BTreeMap::new()) };
+    let mapping = value.cast::<PyMapping>().map_err(|_| wrong_type(argument, value, wanted))?;
+    let mut found = BTreeMap::new();
+    for item in mapping.items()?.iter() {
+        let (key, value) = item.extract::<(Bound<'py, PyAny>, Bound<'py, PyAny>)>()?;
+        let link: String =
+            key.extract().map_err(|_| wrong_type(argument, &key, "names of links"))?;
+        let read = read(value, &format!("{argument}[{link:?}]"))?;
+        found.insert(link, read);
+    }
+    Ok(found)
+}
+
 /// Three numbers.
 pub(super) fn triple(value: Any<'_, '_>, name: &str) -> PyResult<[f64; 3]> {
     let list = numbers(value, name)?;
@@ -116,13 +147,13 @@ pub(super) fn triple(value: Any<'_, '_>, name: &str) -> PyResult<[f64; 3]> {
 }
 
 /// Moments of inertia: the same about all axes, a diagonal, or a matrix.
-pub(super) fn moments(value: Any<'_, '_>) -> PyResult<Matrix<3>> {
-    let list = numbers(value, "inertia")?;
+pub(super) fn moments(value: Any<'_, '_>, name: &str) -> PyResult<Matrix<3>> {
+    let list = numbers(value, name)?;
     match list.shape[..] {
         [] => Ok(Matrix::<3>::from_diagonal_element(list.values[0])),
-        [3] => Ok(Matrix::<3>::from_diagonal(&triple(value, "inertia")?.into())),
-        [3, 3] => Ok(Matrix::<3>::from_row_slice(&matrix_of(value, "inertia", 3, 3)?)),
-        _ => Err(wrong_shape("inertia", &list.shape, "a scalar, (3,) or (3, 3)")),
+        [3] => Ok(Matrix::<3>::from_diagonal(&triple(value, name)?.into())),
+        [3, 3] => Ok(Matrix::<3>::from_row_slice(&matrix_of(value, name, 3, 3)?)),
+        _ => Err(wrong_shape(name, &list.shape, "a scalar, (3,) or (3, 3)")),
     }
 }
 

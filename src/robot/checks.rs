@@ -69,6 +69,11 @@ pub(super) fn body_problem(inertia: &Inertia) -> Option<String> {
     })
 }
 
+/// What is wrong with numbers that are no mass distribution at all: not finite, not symmetric.
+pub(super) fn form_problem(inertia: &Inertia) -> Option<String> {
+    inertia.check_form().err().map(words)
+}
+
 /// What a refusal says of the way on.
 pub(super) fn way_on(unphysical: Unphysical) -> &'static str {
     match unphysical {
@@ -164,8 +169,9 @@ pub(super) fn of_arm(description: &Description, error: Error) -> String {
         Error::NotFinite { index, .. } | Error::OutOfRange { index, .. } => index,
         _ => None,
     };
-    match index.and_then(|index| description.joints.get(index)) {
-        Some(joint) => format!("joint {}, {}", quoted(&joint.name), words(error)),
-        None => error.to_string(),
-    }
+    let Some(joint) = index.and_then(|index| description.joints.get(index)) else {
+        return error.to_string();
+    };
+    let (name, link) = (quoted(&joint.name), quoted(&joint.link_name));
+    format!("joint {name}, {}; it is link {link} with what hangs on it", words(error))
 }

@@ -23,9 +23,41 @@ fn too_large(bytes: u64) -> ReadError {
     ))
 }
 
-/// The text of a file, whose size is looked at before it is read.
+/// The text of a file in UTF-8, whose size is looked at before it is read.
 pub(super) fn read(path: &Path) -> Result<String, ReadError> {
-    read_here(path).map_err(|error| named(path, error))
+    let bytes = bytes(path).map_err(|error| named(path, error))?;
+    String::from_utf8(bytes).map_err(|error| {
+        let line = line_of_other(error.as_bytes(), &error.utf8_error());
+        let message = "got bytes that are not UTF-8, wants text in UTF-8";
+        named(path, ReadError { line: Some(line), ..ReadError::new(message) })
+    })
+}
+
+/// The text of a file in UTF-8 or else in Latin-1, where every byte is a character. XML's other
+/// characters (`<`, `"`, `=`) are the same bytes in both, and in the encodings that are mistaken
+/// for them. A note says so, unless the file does.
+pub(super) fn read_any(path: &Path) -> Result<(String, Option<String>), ReadError> {
+    let bytes = bytes(path).map_err(|error| named(path, error))?;
+    let error = match String::from_utf8(bytes) {
+        Ok(text) => return Ok((text, None)),
+        Err(error) => error,
+    };
+    let bytes = error.as_bytes();
+    if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
+        return Err(named(path, ReadError::new("got text in UTF-16, wants UTF-8 or Latin-1")));
+    }
+    let text: String = bytes.iter().copied().map(char::from).collect();
+    let head = text.get(..text.find("?>").unwrap_or(0)).unwrap_or_default().to_lowercase();
+    let declared = ["iso-8859-1", "latin1", "latin-1"].iter().any(|name| head.contains(name));
+    let line = line_of_other(bytes, &error.utf8_error());
+    let note = format!("bytes that are not UTF-8, first in line {line}: taken as Latin-1");
+    Ok((text, (!declared).then_some(note)))
+}
+
+/// The line of the first byte that is not UTF-8.
+fn line_of_other(bytes: &[u8], error: &core::str::Utf8Error) -> usize {
+    let before = bytes.iter().take(error.valid_up_to());
+    1 + before.filter(|&&byte| byte == b'\n').count()
 }
 
 /// The error, with the file's name.
@@ -33,7 +65,7 @@ pub(super) fn named(path: &Path, error: ReadError) -> ReadError {
     ReadError { file: Some(path.display().to_string()), ..error }
 }
 
-fn read_here(path: &Path) -> Result<String, ReadError> {
+fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {
     let of_system = |error: std::io::Error| ReadError::new(format!("cannot be read: {error}"));
     let metadata = std::fs::metadata(path).map_err(of_system)?;
     if !metadata.is_file() {
@@ -49,11 +81,5 @@ fn read_here(path: &Path) -> Result<String, ReadError> {
     if bytes.len() > LARGEST {
         return Err(too_large(bytes.len() as u64));
     }
-    String::from_utf8(bytes).map_err(|error| {
-        let at = error.utf8_error().valid_up_to();
-        let before = &error.as_bytes()[..at];
-        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count();
-        let message = "got bytes that are not UTF-8, wants text in UTF-8";
-        ReadError { line: Some(line), ..ReadError::new(message) }
-    })
+    Ok(bytes)
 }

@@ -23,6 +23,8 @@ pub use dh::{Convention, DhRow};
 pub use error::ReadError;
 #[cfg(feature = "urdf")]
 pub use shipped::{SHIPPED, shipped};
+#[cfg(feature = "urdf")]
+pub use urdf::UrdfOptions;
 
 use crate::arm::{Link, Pose, Serial, SerialParameters, Unphysical};
 use error::quoted;
@@ -64,7 +66,7 @@ impl Description {
     /// # Errors
     /// As `read`, and if the file cannot be read.
     #[cfg(feature = "urdf")]
-    pub fn from_file(
+    pub(crate) fn from_file(
         path: impl AsRef<std::path::Path>,
         read: impl FnOnce(&str) -> Result<Self, ReadError>,
     ) -> Result<Self, ReadError> {

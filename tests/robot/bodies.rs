@@ -9,7 +9,7 @@ use steadyarm::arm::{
     Arm, Inertia, JointFriction, Perturbation, Serial, SerialParameters, Unphysical,
 };
 use steadyarm::math::Vector;
-use steadyarm::robot::{Convention, Description, DhRow, GRAVITY, ReadError};
+use steadyarm::robot::{Convention, Description, DhRow, GRAVITY, ReadError, UrdfOptions};
 
 use crate::tables::inertia;
 use crate::valid::{VALID, read};
@@ -19,7 +19,7 @@ const POLICIES: [Unphysical; 3] = [Unphysical::Refuse, Unphysical::Note, Unphysi
 const IMPOSSIBLE: [&str; 2] = ["izz=\"0.5\"", "izz=\"0.9\""];
 
 fn taking(text: &str, unphysical: Unphysical) -> Result<Description, ReadError> {
-    Description::from_urdf_taking(text, None, None, GRAVITY, unphysical)
+    Description::from_urdf_with(text, &UrdfOptions { unphysical, ..UrdfOptions::default() })
 }
 
 /// VALID with a link of this inertia fixed to its hand.

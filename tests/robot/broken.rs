@@ -1,6 +1,7 @@
 //! The valid URDF with exactly one thing broken: the message names it, and the line.
 
 use crate::valid::{VALID, read};
+use steadyarm::arm::{Arm, Serial, SerialParameters};
 use steadyarm::robot::{Description, GRAVITY, ReadError};
 
 /// The line, counted from 1, in which a piece first stands.
@@ -104,13 +105,32 @@ fn moments_below_what_a_micrometre_changes_are_rounding() {
     assert!(error.contains("wants none negative"), "{error}");
 }
 
+/// The text without the inertial of the link.
+fn without_inertial(link: &str) -> String {
+    let link = VALID.find(&format!("<link name=\"{link}\">")).unwrap();
+    let from = link + VALID[link..].find("    <inertial>").unwrap();
+    let to = from + VALID[from..].find("</inertial>\n").unwrap() + "</inertial>\n".len();
+    format!("{}{}", &VALID[..from], &VALID[to..])
+}
+
 #[test]
-fn link_that_moves_must_have_an_inertial() {
-    let from = VALID.find("    <inertial>").unwrap();
-    let to = VALID.find("    <visual/>").unwrap();
-    let text = format!("{}{}", &VALID[..from], &VALID[to..]);
-    let words = ["link \"trunk\"", "no <inertial>", "moves"];
-    assert_says(&read(&text).unwrap_err(), Some(line_of(&text, "<link name=\"trunk\">")), &words);
+fn last_link_must_have_an_inertial() {
+    let text = without_inertial("hand");
+    let words = ["link \"hand\"", "no <inertial>", "moves", "inertials"];
+    assert_says(&read(&text).unwrap_err(), Some(line_of(&text, "<link name=\"hand\">")), &words);
+}
+
+#[test]
+fn link_between_joints_may_be_massless_and_it_is_said() {
+    let arm = read(&without_inertial("trunk")).unwrap();
+    let trunk = arm.joints[0].link.inertia;
+    assert_eq!((trunk.mass.to_bits(), trunk.moments.amax()), (0, 0.0));
+    let note = arm.notes.iter().find(|note| note.contains("massless")).unwrap();
+    assert!(note.contains("\"trunk\"") && !note.contains("\"hand\""), "{note}");
+    // The waist turns the sled and the hand, 0.1 m and more from its axis: M is positive definite.
+    let (links, tip, gravity) = (arm.links::<3>().unwrap(), arm.tip, arm.gravity);
+    let arm = Serial::new(SerialParameters { links, tip, gravity }).unwrap();
+    assert!(arm.mass_matrix(&[0.0; 3].into())[(0, 0)] > 2.0 * 0.1 * 0.1);
 }
 
 #[test]

@@ -69,10 +69,10 @@ fn what_is_not_a_file_of_text_is_refused() {
     #[cfg(unix)]
     assert!(read("/dev/zero".as_ref()).contains("wants a file"));
     let path = std::env::temp_dir().join(format!("steadyarm-bytes-{}.urdf", std::process::id()));
-    std::fs::write(&path, b"<robot>\n\xff</robot>").unwrap();
+    std::fs::write(&path, b"\xff\xfe<\0r\0/\0>\0").unwrap();
     let message = read(&path);
     std::fs::remove_file(&path).unwrap();
-    assert!(message.contains("line 2") && message.contains("UTF-8"), "{message}");
+    assert!(message.contains("UTF-16") && message.contains("steadyarm-bytes"), "{message}");
 }
 
 #[test]

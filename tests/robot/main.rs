@@ -1,12 +1,16 @@
 //! Robot descriptions: URDF, Denavit-Hartenberg tables, TOML, and the arms that ship.
 #![allow(clippy::unwrap_used, missing_docs)]
 
+mod aside;
 mod bodies;
 mod broken;
 mod chains;
 mod dh;
 mod dynamics;
 mod hostile;
+mod lenient;
+mod masses;
+mod rotors;
 mod shipped;
 mod tables;
 mod toml;

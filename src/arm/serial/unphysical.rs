@@ -121,6 +121,11 @@ impl Inertia {
         Ok(principal)
     }
 
+    /// Refuses numbers that are not finite, and moments that are not symmetric.
+    pub(crate) fn check_form(&self) -> Result<()> {
+        check_form(self, InertiaNames::ALONE, None)
+    }
+
     /// What keeps it from being a body's, beyond rounding; its numbers are finite, its moments symmetric.
     pub(crate) fn flaw(&self) -> Result<Option<Flaw>> {
         let principal = self.principal_moments()?;

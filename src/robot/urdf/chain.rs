@@ -1,26 +1,32 @@
 //! From the tree to the chain: every link belongs to the last joint before it that lies between base and tip.
 
 use super::elements::Source;
-use super::joint::{JointPart, Motion};
-use super::tree::{Path, Tree};
-use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose, Unphysical};
-use crate::robot::checks::Problem;
-use crate::robot::error::{listed, quoted};
-use crate::robot::{Description, JointDescription, ReadError, checks};
+use super::joint::{Drive, JointPart, Motion};
+use super::link::Inertial;
+use super::options::UrdfOptions;
+use super::path::Path;
+use super::transmission::Rotors;
+use super::tree::Tree;
+use super::{remarks, size};
+use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
+use crate::robot::checks::{self, Problem};
+use crate::robot::error::quoted;
+use crate::robot::{Description, JointDescription, ReadError};
 
 /// A link that moves with a joint of the chain, or with the base.
 #[derive(Clone, Copy)]
-struct Place {
+pub(super) struct Place {
     /// How many joints of the chain lie before it.
-    body: usize,
+    pub body: usize,
     /// Its frame in that of the last of them.
-    pose: Pose,
+    pub pose: Pose,
 }
 
-/// A link that moves with a joint of the chain, in the joint's frame.
-#[derive(Clone, Copy)]
+/// A link that moves with a joint of the chain.
 struct Part {
     link: usize,
+    stated: Inertial,
+    /// In the joint's frame.
     inertia: Inertia,
 }
 
@@ -30,111 +36,215 @@ struct Moving {
     placement: Pose,
 }
 
+/// Where everything stands.
+#[derive(Default)]
+pub(super) struct Layout {
+    /// Every link beyond the base.
+    pub places: Vec<Option<Place>>,
+    /// The joints of the chain.
+    moving: Vec<Moving>,
+    /// The joints that move but are held at 0.
+    pub held: Vec<usize>,
+    /// Links that move and state no mass, or none that can be read.
+    pub massless: Vec<usize>,
+    notes: Vec<String>,
+}
+
 /// The chain of a path; its name and the notes on unused elements are for the caller.
 pub(super) fn description(
     source: &Source,
     tree: &Tree,
     path: &Path,
-    gravity: [f64; 3],
-    unphysical: Unphysical,
+    rotors: &Rotors,
+    options: &UrdfOptions,
 ) -> Result<Description, ReadError> {
-    let (places, moving, held) = places(tree, path);
-    if moving.is_empty() {
+    let mut layout = Layout::of(source, tree, path)?;
+    if layout.moving.is_empty() {
         return Err(ReadError::new(format!(
             "joints: got none that moves between {} and {}, wants at least one",
-            quoted(&tree.links[path.base].name),
-            quoted(&tree.links[path.tip].name)
+            quoted(tree.links[path.base].name),
+            quoted(tree.links[path.tip].name)
         )));
     }
-    let bodies = bodies(tree, &places, moving.len());
+    let bodies = layout.bodies(source, tree, path, options)?;
+    refuse_massless(source, tree, &layout, &bodies)?;
     let mut description = Description {
         name: String::new(),
-        joints: Vec::with_capacity(moving.len()),
-        tip: places[path.tip].map_or(Pose::IDENTITY, |place| place.pose),
-        gravity,
+        joints: Vec::with_capacity(layout.moving.len()),
+        tip: layout.places[path.tip].map_or(Pose::IDENTITY, |place| place.pose),
+        gravity: options.gravity,
         notes: Vec::new(),
-        unphysical,
+        unphysical: options.unphysical,
     };
-    for (moving, parts) in moving.iter().zip(&bodies) {
+    for (moving, parts) in layout.moving.iter().zip(&bodies) {
         let joint = &tree.joints[moving.joint];
-        description.notes.extend_from_slice(&joint.notes);
-        let link_at = tree.ends[moving.joint].1;
-        let inertia = merged(source, tree, link_at, parts)?;
-        let armature = tree.armatures.get(&joint.name).copied().unwrap_or(0.0);
+        let mut drive = joint.drive(source)?;
+        description.notes.append(&mut drive.notes);
+        let armature = rotors.armatures.get(joint.name).copied().unwrap_or(0.0);
         description.joints.push(JointDescription {
-            name: joint.name.clone(),
-            link_name: joint.child.clone(),
-            link: link(joint, moving.placement, inertia, armature),
+            name: joint.name.to_owned(),
+            link_name: joint.child.to_owned(),
+            link: link(joint, moving.placement, &drive, merged(parts), armature),
         });
     }
-    description.notes.extend(held_note(tree, &held));
-    description.notes.extend(massless_note(tree, &places, path, &held));
     checks::take(&mut description)
-        .map_err(|problem| located(source, tree, (&moving, &bodies), problem, unphysical))?;
+        .map_err(|problem| located(source, tree, (&layout, &bodies), problem, options))?;
     for (joint, parts) in description.joints.iter().zip(&bodies) {
         description.notes.extend(part_notes(tree, parts, joint));
     }
+    remarks::add(source, tree, path, &layout, &mut description)?;
+    description.notes.append(&mut layout.notes);
+    let moved = |name: &str| tree.named("", name).is_ok_and(|link| layout.moves(link));
+    description.notes.extend(options.unmoved(moved));
+    description.notes.extend_from_slice(&rotors.notes);
+    description.notes.extend(description.joints.iter().filter_map(size::note));
     Ok(description)
 }
 
-/// Where every link beyond the base stands, the joints of the chain, and the joints that move but are held at 0.
-fn places(tree: &Tree, path: &Path) -> (Vec<Option<Place>>, Vec<Moving>, Vec<usize>) {
-    let mut on_path = vec![false; tree.joints.len()];
-    path.joints.iter().for_each(|&joint| on_path[joint] = true);
-    let mut places = vec![None; tree.links.len()];
-    let (mut moving, mut held) = (Vec::new(), Vec::new());
-    let mut waiting = vec![(path.base, Place { body: 0, pose: Pose::IDENTITY })];
-    while let Some((link, place)) = waiting.pop() {
-        places[link] = Some(place);
-        for &index in tree.carried[link].iter().rev() {
-            let joint = &tree.joints[index];
-            let pose = place.pose.then(&joint.origin);
-            let child = tree.ends[index].1;
-            if joint.moves() && on_path[index] {
-                // The joints of the path come one after another, as each hangs on the one before.
-                moving.push(Moving { joint: index, placement: pose });
-                waiting.push((child, Place { body: place.body + 1, pose: Pose::IDENTITY }));
+impl Layout {
+    fn of(source: &Source, tree: &Tree, path: &Path) -> Result<Self, ReadError> {
+        let mut on_path = vec![false; tree.joints.len()];
+        path.joints.iter().for_each(|&joint| on_path[joint] = true);
+        let mut layout = Self { places: vec![None; tree.links.len()], ..Self::default() };
+        let mut waiting = vec![(path.base, Place { body: 0, pose: Pose::IDENTITY })];
+        while let Some((link, place)) = waiting.pop() {
+            layout.places[link] = Some(place);
+            for &index in tree.carried[link].iter().rev() {
+                let joint = &tree.joints[index];
+                let child = tree.ends[index].1;
+                // Beside the base nothing moves; a base that hangs on itself ends where it begins.
+                if child == path.base || (place.body == 0 && !on_path[index]) {
+                    continue;
+                }
+                let origin = match joint.origin(source) {
+                    Ok(origin) => origin,
+                    Err(error) if on_path[index] => return Err(error),
+                    Err(error) => {
+                        layout.notes.push(left_out(&error));
+                        continue;
+                    }
+                };
+                let pose = place.pose.then(&origin);
+                if joint.moves() && on_path[index] {
+                    // The joints of the path come one after another, as each hangs on the one
+                    // before.
+                    layout.moving.push(Moving { joint: index, placement: pose });
+                    let place = Place { body: place.body + 1, pose: Pose::IDENTITY };
+                    waiting.push((child, place));
+                    continue;
+                }
+                if joint.moves() {
+                    layout.held.push(index);
+                }
+                waiting.push((child, Place { body: place.body, pose }));
+            }
+        }
+        layout.held.sort_unstable();
+        Ok(layout)
+    }
+
+    /// True for a link that moves with a joint of the chain.
+    fn moves(&self, link: usize) -> bool {
+        self.places[link].is_some_and(|place| place.body > 0)
+    }
+
+    /// The mass distributions that each joint of the chain moves, in the joint's frame.
+    fn bodies(
+        &mut self,
+        source: &Source,
+        tree: &Tree,
+        path: &Path,
+        options: &UrdfOptions,
+    ) -> Result<Vec<Vec<Part>>, ReadError> {
+        let mut bodies: Vec<_> = self.moving.iter().map(|_| Vec::new()).collect();
+        let mut on_path = vec![false; tree.links.len()];
+        path.joints.iter().for_each(|&joint| on_path[tree.ends[joint].1] = true);
+        for (index, link) in tree.links.iter().enumerate() {
+            let Some(Place { body, pose }) = self.places[index] else { continue };
+            let Some(parts) = body.checked_sub(1).and_then(|body| bodies.get_mut(body)) else {
                 continue;
+            };
+            let read = options.inertial(source, link, &mut self.notes);
+            match read {
+                Ok(Some(stated)) => {
+                    let inertia = stated.inertia.transformed(&pose);
+                    if inertia.mass == 0.0 {
+                        self.massless.push(index);
+                    }
+                    parts.push(Part { link: index, stated, inertia });
+                }
+                Ok(None) => self.massless.push(index),
+                Err(error) if on_path[index] || options.gives(link) => return Err(error),
+                Err(error) => {
+                    self.notes.push(left_out(&error));
+                    self.massless.push(index);
+                }
             }
-            if joint.moves() && place.body > 0 {
-                held.push(index);
-            }
-            waiting.push((child, Place { body: place.body, pose }));
         }
+        Ok(bodies)
     }
-    held.sort_unstable();
-    (places, moving, held)
 }
 
-/// The links with a mass distribution that each joint of the chain moves, in the joint's frame.
-fn bodies(tree: &Tree, places: &[Option<Place>], joints: usize) -> Vec<Vec<Part>> {
-    let mut bodies = vec![Vec::new(); joints];
-    for (link, (stated, place)) in tree.links.iter().zip(places).enumerate() {
-        let (Some(inertial), Some(place)) = (&stated.inertial, place) else { continue };
-        let body = place.body.checked_sub(1).and_then(|body| bodies.get_mut(body));
-        if let Some(parts) = body {
-            parts.push(Part { link, inertia: inertial.inertia.transformed(&place.pose) });
-        }
-    }
-    bodies
+/// A note on what stands outside base and tip and cannot be read.
+pub(super) fn left_out(error: &ReadError) -> String {
+    format!("{error}; left out, as it is not between base and tip")
 }
 
-/// One mass distribution of several; a link that moves must have mass.
-fn merged(source: &Source, tree: &Tree, link: usize, parts: &[Part]) -> Result<Inertia, ReadError> {
-    let inertias = parts.iter().map(|part| part.inertia);
-    let inertia = inertias.reduce(|body, part| body.plus(&part)).unwrap_or_default();
-    if inertia.mass != 0.0 {
-        return Ok(inertia);
+/// Refuses a last link without mass. Those before it need none, as what hangs on them has mass:
+/// whether the mass matrix is positive definite is for the arm to judge.
+fn refuse_massless(
+    source: &Source,
+    tree: &Tree,
+    layout: &Layout,
+    bodies: &[Vec<Part>],
+) -> Result<(), ReadError> {
+    let (Some(moving), Some(parts)) = (layout.moving.last(), bodies.last()) else { return Ok(()) };
+    if parts.iter().any(|part| part.inertia.mass != 0.0) {
+        return Ok(());
     }
-    let link = &tree.links[link];
-    let name = quoted(&link.name);
+    let link = &tree.links[tree.ends[moving.joint].1];
+    let name = quoted(link.name);
     let message = match parts.is_empty() {
         true => format!(
-            "link {name}: got no <inertial>, wants one, as it moves; state mass, centre of mass and inertia"
+            "link {name}: got no <inertial>, wants one, as it moves and is the last; state mass, \
+             centre of mass and inertia, \
+             or give them in inertials"
         ),
         false => format!("link {name}, <mass value>: got 0, wants a number > 0, as it moves"),
     };
     Err(source.error(link.at, message))
+}
+
+fn link(
+    joint: &JointPart,
+    placement: Pose,
+    drive: &Drive,
+    inertia: Inertia,
+    armature: f64,
+) -> Link {
+    Link {
+        kind: match joint.motion {
+            Motion::Prismatic => JointKind::Prismatic,
+            _ => JointKind::Revolute,
+        },
+        placement,
+        axis: drive.axis,
+        inertia,
+        friction: JointFriction {
+            viscous: drive.damping,
+            coulomb: [drive.friction; 2],
+            ..JointFriction::default()
+        },
+        armature,
+        limits: drive.limits,
+        stop: JointStop::default(),
+    }
+}
+
+/// All that moves with a joint, as one.
+fn merged(parts: &[Part]) -> Inertia {
+    let parts = parts.iter().map(|part| part.inertia);
+    parts.reduce(|body, part| body.plus(&part)).unwrap_or_default()
 }
 
 /// Parts that are no body by themselves, of a body that is one.
@@ -147,7 +257,7 @@ fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<Strin
     let carrier = quoted(&body.link_name);
     flaws
         .map(|(link, how_far)| {
-            let link = quoted(&tree.links[link].name);
+            let link = quoted(tree.links[link].name);
             format!(
                 "link {link}: no body has {how_far}; with all that moves with {carrier} it is one"
             )
@@ -155,70 +265,19 @@ fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<Strin
         .collect()
 }
 
-fn link(joint: &JointPart, placement: Pose, inertia: Inertia, armature: f64) -> Link {
-    Link {
-        kind: match joint.motion {
-            Motion::Prismatic => JointKind::Prismatic,
-            _ => JointKind::Revolute,
-        },
-        placement,
-        axis: joint.axis,
-        inertia,
-        friction: JointFriction {
-            viscous: joint.damping,
-            coulomb: [joint.friction; 2],
-            ..JointFriction::default()
-        },
-        armature,
-        limits: joint.limits,
-        stop: JointStop::default(),
-    }
-}
-
-fn held_note(tree: &Tree, held: &[usize]) -> Option<String> {
-    let names = held.iter().map(|&joint| tree.joints[joint].name.as_str());
-    (!held.is_empty()).then(|| {
-        format!(
-            "joints beside or beyond the chain are held at 0, their links' mass is part of the link that carries them: {}",
-            listed(names)
-        )
-    })
-}
-
-/// Links of joints held at 0 that state no mass: they would move, and so should have one.
-fn massless_note(
-    tree: &Tree,
-    places: &[Option<Place>],
-    path: &Path,
-    held: &[usize],
-) -> Option<String> {
-    let children = held.iter().map(|&joint| tree.ends[joint].1);
-    let massless: Vec<_> = children
-        .filter(|&link| places[link].is_some() && link != path.tip)
-        .filter(|&link| tree.links[link].inertial.is_none())
-        .map(|link| tree.links[link].name.as_str())
-        .collect();
-    (!massless.is_empty()).then(|| {
-        format!("links without <inertial> taken as massless: {}", listed(massless.into_iter()))
-    })
-}
-
 /// A problem with its line: of the first link that is no body, or of the joint.
 fn located(
     source: &Source,
     tree: &Tree,
-    (moving, bodies): (&[Moving], &[Vec<Part>]),
+    (layout, bodies): (&Layout, &[Vec<Part>]),
     problem: Problem,
-    unphysical: Unphysical,
+    options: &UrdfOptions,
 ) -> ReadError {
-    let Some((joint, moving)) = problem.joint.and_then(|at| Some((at, moving.get(at)?))) else {
-        return problem.into();
-    };
+    let at = problem.joint.and_then(|at| Some((at, layout.moving.get(at)?)));
+    let Some((joint, moving)) = at else { return problem.into() };
     let parts = bodies.get(joint).filter(|_| problem.of_body).into_iter().flatten();
-    let more = checks::way_on(unphysical);
-    let of_part = |part: &Part| tree.links[part.link].problem(source, more);
-    parts
-        .filter_map(of_part)
-        .next()
-        .unwrap_or_else(|| source.error(tree.joints[moving.joint].at, problem.message))
+    let more = checks::way_on(options.unphysical);
+    let of_part = |part: &Part| tree.links[part.link].problem(source, &part.stated, more);
+    let first = parts.filter_map(of_part).next();
+    first.unwrap_or_else(|| source.error(tree.joints[moving.joint].at, problem.message))
 }

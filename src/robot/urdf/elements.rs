@@ -5,13 +5,19 @@ use roxmltree::Node;
 use crate::robot::ReadError;
 use crate::robot::error::{line_of, quoted};
 
-/// The file's text, which turns positions into lines.
+/// The file's text, which turns positions into lines and has the names as they are written.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
     pub text: &'a str,
 }
 
-impl Source<'_> {
+/// Elements of xacro that only define: what they leave behind changes nothing.
+const DEFINITIONS: [&str; 3] = ["property", "arg", "macro"];
+
+const EXPAND: &str = "wants URDF; expand it first: `pip install xacrodoc`, then \
+    `xacrodoc robot.urdf.xacro -o robot.urdf` (or ROS's `xacro robot.urdf.xacro -o robot.urdf`)";
+
+impl<'a> Source<'a> {
     /// An error about what stands at the byte `at`.
     pub fn error(&self, at: usize, message: impl Into<String>) -> ReadError {
         ReadError::at(self.text, at, message)
@@ -21,26 +27,62 @@ impl Source<'_> {
         line_of(self.text, at)
     }
 
-    /// Refuses files that are still to be expanded.
-    pub fn refuse_macros(&self, robot: Node) -> Result<(), ReadError> {
-        let is_macro =
-            |node: &Node| node.tag_name().namespace().is_some_and(|space| space.contains("xacro"));
-        match robot.children().find(is_macro) {
+    /// The name of an element as it is written, with its prefix.
+    pub fn name(&self, node: Node) -> &'a str {
+        let tag = self.text.get(node.range()).unwrap_or_default().trim_start_matches('<');
+        let end = tag.find(|c: char| c.is_whitespace() || matches!(c, '/' | '>'));
+        tag.get(..end.unwrap_or(tag.len())).unwrap_or_default()
+    }
+
+    /// Its name without the prefix.
+    pub fn local_name(&self, node: Node) -> &'a str {
+        self.name(node).rsplit(':').next().unwrap_or_default()
+    }
+
+    /// Refuses what xacro would still put in the place of a child of this element.
+    pub fn refuse_macros(&self, parent: Node) -> Result<(), ReadError> {
+        match self.macro_in(parent, |name| !DEFINITIONS.contains(&name)) {
             None => Ok(()),
-            Some(node) => Err(self.error(
-                node.range().start,
-                "got xacro, wants URDF; run `xacro robot.xacro > robot.urdf` first",
-            )),
+            Some(node) => Err(self.unexpanded(node)),
+        }
+    }
+
+    /// The first child that is xacro's, of those with such a name.
+    pub fn macro_in<'n, 'i>(
+        &self,
+        parent: Node<'n, 'i>,
+        such: impl Fn(&str) -> bool,
+    ) -> Option<Node<'n, 'i>> {
+        let elements = parent.children().filter(Node::is_element);
+        let mut of_xacro = elements.filter(|&node| {
+            self.name(node)
+                .split_once(':')
+                .is_some_and(|(prefix, name)| prefix == "xacro" && such(name))
+        });
+        of_xacro.next()
+    }
+
+    pub fn unexpanded(&self, node: Node) -> ReadError {
+        let name = quoted(self.name(node));
+        let message = format!("got <{}> of a xacro, {EXPAND}", name.trim_matches('"'));
+        self.error(node.range().start, message)
+    }
+
+    /// An error about the value at the byte `at`, which may be one that xacro would still replace.
+    fn wrong_value(&self, at: usize, value: &str, message: String) -> ReadError {
+        match is_expression(value) {
+            true => self.error(at, format!("{message}: the file is a xacro, {EXPAND}")),
+            false => self.error(at, message),
         }
     }
 
     /// The child of that name, if there is one.
-    pub fn child<'a, 'input>(
+    pub fn child<'n, 'i>(
         &self,
-        parent: Node<'a, 'input>,
+        parent: Node<'n, 'i>,
         name: &str,
         owner: &str,
-    ) -> Result<Option<Node<'a, 'input>>, ReadError> {
+    ) -> Result<Option<Node<'n, 'i>>, ReadError> {
         let mut found = parent.children().filter(|node| node.has_tag_name(name));
         let first = found.next();
         match found.next() {
@@ -51,14 +93,19 @@ impl Source<'_> {
     }
 
     /// An attribute that must be there and say something.
-    pub fn text<'a>(
+    pub fn text<'n>(
         &self,
-        node: Node<'a, '_>,
+        node: Node<'n, '_>,
         name: &str,
         owner: &str,
-    ) -> Result<&'a str, ReadError> {
+    ) -> Result<&'n str, ReadError> {
         let tag = node.tag_name().name();
         match node.attribute(name).map(str::trim) {
+            Some(value) if is_expression(value) => Err(self.wrong_value(
+                attribute_at(node, name),
+                value,
+                format!("{owner}, <{tag} {name}>: got {}", quoted(value)),
+            )),
             Some(value) if !value.is_empty() => Ok(value),
             Some(_) => Err(self.error(
                 node.range().start,
@@ -83,11 +130,12 @@ impl Source<'_> {
         let value = attribute.value().trim();
         match value.parse::<f64>() {
             Ok(number) if number.is_finite() || (infinite && !number.is_nan()) => Ok(Some(number)),
-            _ => Err(self.error(
+            _ => Err(self.wrong_value(
                 attribute.range().start,
+                value,
                 format!(
                     "{owner}, <{} {name}>: got {}, wants a finite number",
-                    node.tag_name().name(),
+                    self.name(node),
                     quoted(value)
                 ),
             )),
@@ -136,8 +184,9 @@ impl Source<'_> {
         if filled && words.next().is_none() {
             return Ok(Some(three));
         }
-        Err(self.error(
+        Err(self.wrong_value(
             attribute.range().start,
+            attribute.value(),
             format!(
                 "{owner}, <{} {name}>: got {}, wants three finite numbers with spaces between",
                 node.tag_name().name(),
@@ -150,4 +199,9 @@ impl Source<'_> {
 /// Where an attribute stands, or else its element.
 pub(super) fn attribute_at(node: Node, name: &str) -> usize {
     node.attribute_node(name).map_or(node.range().start, |attribute| attribute.range().start)
+}
+
+/// True for what xacro would replace: `${…}` and `$(…)`.
+fn is_expression(value: &str) -> bool {
+    value.contains("${") || value.contains("$(")
 }

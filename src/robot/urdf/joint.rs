@@ -20,20 +20,24 @@ pub(super) enum Motion {
     Planar,
 }
 
-/// A joint as the file states it.
-pub(super) struct JointPart {
-    pub name: String,
+/// A joint: what it connects, and how it moves. The rest is read where it counts.
+pub(super) struct JointPart<'n, 'i> {
+    pub name: &'n str,
     pub at: usize,
     pub motion: Motion,
-    pub parent: String,
-    pub child: String,
-    pub origin: Pose,
+    pub parent: &'n str,
+    pub child: &'n str,
+    /// Where it says that it follows another joint.
+    pub mimic: Option<usize>,
+    node: Node<'n, 'i>,
+}
+
+/// What a joint that moves can do.
+pub(super) struct Drive {
     pub axis: Vector3<f64>,
     pub limits: JointLimits,
     pub damping: f64,
     pub friction: f64,
-    /// Where it says that it follows another joint.
-    pub mimic: Option<usize>,
     /// What was not taken as it stands.
     pub notes: Vec<String>,
 }
@@ -45,11 +49,34 @@ const NO_LIMITS: JointLimits = JointLimits {
     effort: f64::INFINITY,
 };
 
-impl JointPart {
-    pub fn read(source: &Source, node: Node) -> Result<Self, ReadError> {
+impl<'n, 'i> JointPart<'n, 'i> {
+    pub fn read(source: &Source, node: Node<'n, 'i>) -> Result<Self, ReadError> {
         let name = source.text(node, "name", "joint")?;
         let owner = format!("joint {}", quoted(name));
-        let motion = motion(source, node, &owner)?;
+        Ok(Self {
+            name,
+            at: node.range().start,
+            motion: motion(source, node, &owner)?,
+            parent: end(source, node, "parent", &owner)?,
+            child: end(source, node, "child", &owner)?,
+            mimic: source.child(node, "mimic", &owner)?.map(|mimic| mimic.range().start),
+            node,
+        })
+    }
+
+    fn owner(&self) -> String {
+        format!("joint {}", quoted(self.name))
+    }
+
+    /// Its frame in that of the parent.
+    pub fn origin(&self, source: &Source) -> Result<Pose, ReadError> {
+        source.refuse_macros(self.node)?;
+        origin(source, self.node, &self.owner())
+    }
+
+    /// Axis, limits and friction.
+    pub fn drive(&self, source: &Source) -> Result<Drive, ReadError> {
+        let (node, owner) = (self.node, self.owner());
         let mut notes = Vec::new();
         let (damping, friction) = match source.child(node, "dynamics", &owner)? {
             None => (0.0, 0.0),
@@ -58,18 +85,11 @@ impl JointPart {
                 source.at_least_zero(dynamics, "friction", &owner)?,
             ),
         };
-        Ok(Self {
-            name: name.to_owned(),
-            at: node.range().start,
-            motion,
-            parent: end(source, node, "parent", &owner)?,
-            child: end(source, node, "child", &owner)?,
-            origin: origin(source, node, &owner)?,
-            axis: axis(source, node, &owner, motion)?,
-            limits: limits(source, node, &owner, motion, &mut notes)?,
+        Ok(Drive {
+            axis: axis(source, node, &owner, self.motion)?,
+            limits: limits(source, node, &owner, self.motion, &mut notes)?,
             damping,
             friction,
-            mimic: source.child(node, "mimic", &owner)?.map(|mimic| mimic.range().start),
             notes,
         })
     }
@@ -98,9 +118,14 @@ fn motion(source: &Source, node: Node, owner: &str) -> Result<Motion, ReadError>
 }
 
 /// The link that `<parent>` or `<child>` names.
-fn end(source: &Source, node: Node, which: &str, owner: &str) -> Result<String, ReadError> {
+fn end<'n>(
+    source: &Source,
+    node: Node<'n, '_>,
+    which: &str,
+    owner: &str,
+) -> Result<&'n str, ReadError> {
     match source.child(node, which, owner)? {
-        Some(end) => Ok(source.text(end, "link", owner)?.to_owned()),
+        Some(end) => source.text(end, "link", owner),
         None => {
             let message = format!("{owner}: got no <{which}>, wants <{which} link=\"…\"/>");
             Err(source.error(node.range().start, message))

@@ -9,11 +9,11 @@ use crate::math::Matrix;
 use crate::robot::error::quoted;
 use crate::robot::{ReadError, checks, frames};
 
-/// A link, its mass distribution in its own frame.
-pub(super) struct LinkPart {
-    pub name: String,
+/// A link; its `<inertial>` is read where its mass counts.
+pub(super) struct LinkPart<'n, 'i> {
+    pub name: &'n str,
     pub at: usize,
-    pub inertial: Option<Inertial>,
+    node: Node<'n, 'i>,
 }
 
 /// `<inertial>`, in the link's frame.
@@ -23,22 +23,31 @@ pub(super) struct Inertial {
     moments_at: usize,
 }
 
-impl LinkPart {
-    pub fn read(source: &Source, node: Node) -> Result<Self, ReadError> {
-        let name = source.text(node, "name", "link")?;
-        let owner = format!("link {}", quoted(name));
-        let inertial = match source.child(node, "inertial", &owner)? {
-            Some(element) => Some(inertial(source, element, &owner)?),
-            None => None,
-        };
-        Ok(Self { name: name.to_owned(), at: node.range().start, inertial })
+impl Inertial {
+    /// One that does not stand in the file, for the link at the byte `at`.
+    pub fn given(inertia: Inertia, at: usize) -> Self {
+        Self { inertia, mass_at: at, moments_at: at }
+    }
+}
+
+impl<'n, 'i> LinkPart<'n, 'i> {
+    pub fn read(source: &Source, node: Node<'n, 'i>) -> Result<Self, ReadError> {
+        Ok(Self { name: source.text(node, "name", "link")?, at: node.range().start, node })
+    }
+
+    /// `<inertial>`, if there is one.
+    pub fn inertial(&self, source: &Source) -> Result<Option<Inertial>, ReadError> {
+        source.refuse_macros(self.node)?;
+        let owner = format!("link {}", quoted(self.name));
+        let element = source.child(self.node, "inertial", &owner)?;
+        element.map(|element| inertial(source, element, &owner)).transpose()
     }
 
     /// The complaint about a mass distribution that no body has, if it is one.
-    pub fn problem(&self, source: &Source, more: &str) -> Option<ReadError> {
-        let Inertial { inertia, mass_at, moments_at } = self.inertial.as_ref()?;
+    pub fn problem(&self, source: &Source, inertial: &Inertial, more: &str) -> Option<ReadError> {
+        let Inertial { inertia, mass_at, moments_at } = inertial;
         let problem = checks::body_problem(inertia)?;
-        let owner = format!("link {}", quoted(&self.name));
+        let owner = format!("link {}", quoted(self.name));
         Some(match problem.strip_prefix("mass: ").filter(|_| inertia.mass < 0.0) {
             Some(problem) => {
                 source.error(*mass_at, format!("{owner}, <mass value>: {problem}{more}"))
@@ -57,6 +66,7 @@ pub(super) fn origin(source: &Source, parent: Node, owner: &str) -> Result<Pose,
 }
 
 fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadError> {
+    source.refuse_macros(node)?;
     let at = node.range().start;
     let needed = |name: &str| {
         source.child(node, name, owner)?.ok_or_else(|| {

@@ -17,13 +17,13 @@ const MOST_NOTES: usize = 20;
 pub(super) fn notes(source: &Source, robot: Node) -> Vec<String> {
     let mut found: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let mut add = |node: Node| {
-        found.entry(name(source, node)).or_insert((node.range().start, 0)).1 += 1;
+        found.entry(source.name(node)).or_insert((node.range().start, 0)).1 += 1;
     };
     for part in robot.children().filter(Node::is_element) {
         let used: &[&str] = match part.tag_name().name() {
             "link" => &IN_LINK,
             "joint" => &IN_JOINT,
-            "transmission" if states_rotor(part) => continue,
+            "transmission" if states_rotor(source, part) => continue,
             _ => {
                 add(part);
                 continue;
@@ -45,13 +45,6 @@ pub(super) fn notes(source: &Source, robot: Node) -> Vec<String> {
         notes.push(format!("{more} further elements: not used"));
     }
     notes
-}
-
-/// The name as it is written, with its prefix.
-fn name<'a>(source: &Source<'a>, node: Node) -> &'a str {
-    let tag = source.text.get(node.range()).unwrap_or_default().trim_start_matches('<');
-    let end = tag.find(|c: char| c.is_whitespace() || matches!(c, '/' | '>'));
-    tag.get(..end.unwrap_or(tag.len())).unwrap_or_default()
 }
 
 fn note(source: &Source, at: usize, name: &str, count: usize) -> String {
