@@ -201,8 +201,10 @@ class Serial:
         xacrodoc`` and ``xacrodoc robot.urdf.xacro -o robot.urdf``.
 
         ``masses``: {link: kg}, in the place of those that the file states: centres of mass stay,
-        moments are scaled alike. ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in
-        the link's frame, in the place of what the file states or does not: com (3,), moments about
+        moments are scaled alike. Where it states none, the body is uniform in the shape of
+        ``<collision>``, or else of ``<visual>``, if that is of boxes, cylinders and balls; meshes
+        are not opened. ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in the link's
+        frame, in the place of what the file states or does not: com (3,), moments about
         it, a scalar for all axes, a diagonal (3,), or (3, 3). Names of links, fixed ones too.
 
         ``unphysical``: what is done about a link, with all that is fixed to it, that no rigid body

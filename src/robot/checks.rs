@@ -35,6 +35,7 @@ pub(super) fn take(description: &mut Description) -> Result<(), Problem> {
     let of_tip = |error| of_arm(format!("tip.{}", words(error)));
     description.tip.validate().map_err(of_tip)?;
     let mut names = BTreeSet::new();
+    let mut said: BTreeSet<String> = description.notes.iter().cloned().collect();
     for (index, joint) in description.joints.iter_mut().enumerate() {
         let of_joint = |of_body, message: String| Problem {
             joint: Some(index),
@@ -51,7 +52,7 @@ pub(super) fn take(description: &mut Description) -> Result<(), Problem> {
             None => of_joint(false, words(error)),
         })?;
         let note = body_note(&joint.link_name, &stated.inertia, &joint.link.inertia);
-        description.notes.extend(note.filter(|note| !description.notes.contains(note)));
+        description.notes.extend(note.filter(|note| said.insert(note.clone())));
     }
     Ok(())
 }

@@ -42,7 +42,7 @@ impl fmt::Display for ReadError {
 impl std::error::Error for ReadError {}
 
 /// The line, counted from 1, that holds the byte `at`.
-pub(super) fn line_of(text: &str, at: usize) -> usize {
+fn line_of(text: &str, at: usize) -> usize {
     let before = text.as_bytes().iter().take(at);
     1 + before.filter(|&&byte| byte == b'\n').count()
 }
@@ -72,4 +72,15 @@ pub(super) fn listed<'a>(names: impl ExactSizeIterator<Item = &'a str>) -> Strin
         0 => shown.join(", "),
         _ => format!("{} and {more} more", shown.join(", ")),
     }
+}
+
+/// The first of many notes of a kind, and how many more there are.
+pub(super) fn first_of(mut notes: Vec<String>) -> Vec<String> {
+    const SHOWN: usize = 20;
+    let more = notes.len().saturating_sub(SHOWN);
+    notes.truncate(SHOWN);
+    if more > 0 {
+        notes.push(format!("{more} further notes of this kind"));
+    }
+    notes
 }

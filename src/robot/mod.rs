@@ -26,6 +26,8 @@ pub use shipped::{SHIPPED, shipped};
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;
 
+use std::collections::BTreeSet;
+
 use crate::arm::{Link, Pose, Serial, SerialParameters, Unphysical};
 use error::quoted;
 
@@ -107,7 +109,7 @@ impl Description {
     /// As reading it.
     pub fn with_links(&self, links: impl IntoIterator<Item = Link>) -> Result<Self, ReadError> {
         let mut other = self.clone();
-        let of_old = checks::as_stated(self);
+        let of_old: BTreeSet<String> = checks::as_stated(self).into_iter().collect();
         other.notes.retain(|note| !of_old.contains(note));
         for (joint, link) in other.joints.iter_mut().zip(links) {
             joint.link = link;

@@ -101,6 +101,42 @@ fn many_of_anything_take_no_longer_than_the_file_is_long() {
     );
 }
 
+/// Faults beside the chain are told, the first of them, without a look at the whole file for each.
+#[test]
+fn many_faults_beside_the_chain_take_no_longer_than_the_file_is_long() {
+    let filler = " ".repeat(100);
+    let link = |i: usize| format!("<link name=\"l{i}\"><inertial/>{filler}</link>");
+    let joint = |i: usize| {
+        format!(
+            "<joint name=\"j{i}\" type=\"fixed\"><parent link=\"tool\"/><child link=\"l{i}\"/></joint>\n\
+             <joint name=\"j{i}\"/>\n<link name=\"tool\"/>"
+        )
+    };
+    let parts: String = (0..18_000).map(|i| link(i) + &joint(i)).collect();
+    let text = VALID.replace("</robot>", &format!("{parts}</robot>"));
+    let start = Instant::now();
+    let arm = Description::from_urdf(&text, None, Some("hand"), GRAVITY).unwrap();
+    assert!(start.elapsed() < AT_ONCE && arm.notes.len() < 60);
+    assert!(arm.notes.iter().any(|note| note.contains("further notes")), "{:?}", arm.notes);
+    assert_eq!(arm.joints, read(VALID).unwrap().joints);
+}
+
+/// What the XML reader is not shown costs no more than what it is.
+#[test]
+fn comments_prefixes_and_declarations_are_passed_in_one_go() {
+    let start = Instant::now();
+    for piece in ["<!-- - -- -->", "<?a b?>", "<a:b c:d='e'/>", "<!---->"] {
+        let many = piece.repeat(50_000);
+        let text = VALID.replace("</robot>", &format!("{many}</robot>"));
+        assert_eq!(read(&text).unwrap().joints.len(), 3);
+    }
+    for open in ["<!-- ", "<? ", "<a b:c='", "<![CDATA[", "</a:", "<a:b "] {
+        let text = VALID.replace("</robot>", &open.repeat(1 << 20));
+        refused(&text, &["line "]);
+    }
+    assert!(start.elapsed() < AT_ONCE);
+}
+
 #[test]
 fn long_chains_are_read() {
     let n = 12_000;

@@ -79,11 +79,66 @@ fn inertials_mend_what_the_file_states_badly() {
     assert!(read(&text, &[("trunk", 5.0)], &[]).unwrap_err().to_string().contains("\"five\""));
 }
 
+/// A link's shape where the file states no mass: uniform, by the textbook's formulas.
 #[test]
-fn mass_without_a_distribution_says_what_to_give() {
-    let error = read(&bare(), &[("trunk", 1.0)], &[]).unwrap_err();
-    let message = error.to_string();
-    assert!(message.contains("\"trunk\"") && message.contains("inertials") && error.line.is_some());
+fn mass_without_a_distribution_is_uniform_in_the_shape() {
+    let shaped = |shapes: &str| {
+        let text =
+            bare().replace("<link name=\"trunk\">", &format!("<link name=\"trunk\">{shapes}"));
+        let rest = [("sled", block(1.0)), ("hand", block(1.0))];
+        let arm = read(&text, &[("trunk", 12.0)], &rest).unwrap();
+        let note = arm.notes.iter().find(|note| note.contains("uniform")).unwrap().clone();
+        (arm.joints[0].link.inertia, note)
+    };
+    let close = |got: Inertia, com: [f64; 3], moments: [f64; 3]| {
+        let moments = Matrix3::from_diagonal(&moments.into());
+        assert_eq!(got.mass, 12.0);
+        assert!((got.com - Vector3::from(com)).amax() < 1e-15, "{got:?}");
+        assert!((got.moments - moments).amax() < 1e-14, "{got:?}");
+    };
+    let shape = |which: &str, origin: &str, solid: &str| {
+        format!("<{which}>{origin}<geometry>{solid}</geometry></{which}>")
+    };
+    let cuboid = shape("visual", "<origin xyz=\"0 0 0.2\"/>", "<box size=\"0.1 0.2 0.3\"/>");
+    let (got, note) = shaped(&cuboid);
+    close(got, [0.0, 0.0, 0.2], [0.13, 0.10, 0.05]);
+    assert!(note.contains("\"trunk\"") && note.contains("<visual>"), "{note}");
+    // Along y after a quarter turn about x; the shape of <collision> comes first.
+    let turned = "<origin rpy=\"1.5707963267948966 0 0\"/>";
+    let rod = shape("collision", turned, "<cylinder radius=\"0.1\" length=\"0.4\"/>");
+    let (got, note) = shaped(&format!("{cuboid}{rod}"));
+    close(got, [0.0; 3], [0.03 + 0.16, 0.06, 0.03 + 0.16]);
+    assert!(note.contains("<collision>"), "{note}");
+    let ball = |x: &str, r: &str| {
+        shape(
+            "collision",
+            &format!("<origin xyz=\"{x} 0 0\"/>"),
+            &format!("<sphere radius=\"{r}\"/>"),
+        )
+    };
+    close(shaped(&ball("0.3", "0.5")).0, [0.3, 0.0, 0.0], [1.2; 3]);
+    // Two balls, of 8 : 1 in volume: 32/3 kg and 4/3 kg, 0.9 m apart.
+    let (large, small) = (32.0 / 3.0, 4.0 / 3.0);
+    let own = 0.4 * (large * 0.04 + small * 0.01);
+    let apart = large * small / 12.0 * 0.81;
+    let two = shaped(&format!("{}{}", ball("0", "0.2"), ball("0.9", "0.1"))).0;
+    close(two, [0.1, 0.0, 0.0], [own, own + apart, own + apart]);
+    // A mesh beside the box is not looked at: the shape is not known.
+    let mesh = shape("collision", "", "<mesh filename=\"a.stl\"/>");
+    close(shaped(&format!("{mesh}{cuboid}")).0, [0.0, 0.0, 0.2], [0.13, 0.10, 0.05]);
+}
+
+#[test]
+fn mass_without_a_distribution_or_a_shape_says_what_to_give() {
+    let mesh = "<visual><geometry><mesh filename=\"a.stl\"/></geometry></visual>";
+    let flat = "<visual><geometry><box size=\"1 1 0\"/></geometry></visual>";
+    for shape in ["<visual/>", mesh, flat, &format!("{mesh}{flat}")] {
+        let text = bare().replace("<visual/>", shape);
+        let error = read(&text, &[("trunk", 1.0)], &[]).unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("\"trunk\"") && message.contains("inertials"), "{message}");
+        assert!(error.line.is_some());
+    }
 }
 
 #[test]

@@ -306,3 +306,14 @@ proptest! {
         prop_assert_eq!(moved.limits(), arm.limits());
     }
 }
+
+#[test]
+fn sum_of_bodies_is_all_of_them_as_one() {
+    let mut random = Random(40);
+    let bodies = [(); 4].map(|()| any_inertia(&mut random, false));
+    let sum: Inertia = bodies.into_iter().sum();
+    let pairwise = bodies[0].plus(&bodies[1]).plus(&bodies[2]).plus(&bodies[3]);
+    assert_eq!(sum, pairwise);
+    assert_eq!(bodies[..1].iter().copied().sum::<Inertia>(), bodies[0]);
+    assert_eq!(core::iter::empty::<Inertia>().sum::<Inertia>(), Inertia::NONE);
+}

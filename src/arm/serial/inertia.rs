@@ -135,6 +135,13 @@ impl Inertia {
     }
 }
 
+/// Bodies of one frame as one.
+impl core::iter::Sum for Inertia {
+    fn sum<I: Iterator<Item = Self>>(bodies: I) -> Self {
+        bodies.reduce(|one, other| one.plus(&other)).unwrap_or_default()
+    }
+}
+
 impl Default for Inertia {
     fn default() -> Self {
         Self::NONE

@@ -10,7 +10,7 @@ use super::tree::Tree;
 use super::{remarks, size};
 use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
 use crate::robot::checks::{self, Problem};
-use crate::robot::error::quoted;
+use crate::robot::error::{first_of, quoted};
 use crate::robot::{Description, JointDescription, ReadError};
 
 /// A link that moves with a joint of the chain, or with the base.
@@ -47,6 +47,9 @@ pub(super) struct Layout {
     pub held: Vec<usize>,
     /// Links that move and state no mass, or none that can be read.
     pub massless: Vec<usize>,
+    /// What given masses replaced.
+    given: Vec<String>,
+    /// What was left out.
     notes: Vec<String>,
 }
 
@@ -81,23 +84,27 @@ pub(super) fn description(
         let mut drive = joint.drive(source)?;
         description.notes.append(&mut drive.notes);
         let armature = rotors.armatures.get(joint.name).copied().unwrap_or(0.0);
+        let inertia: Inertia = parts.iter().map(|part| part.inertia).sum();
         description.joints.push(JointDescription {
             name: joint.name.to_owned(),
             link_name: joint.child.to_owned(),
-            link: link(joint, moving.placement, &drive, merged(parts), armature),
+            link: link(joint, moving.placement, &drive, inertia, armature),
         });
     }
     checks::take(&mut description)
         .map_err(|problem| located(source, tree, (&layout, &bodies), problem, options))?;
-    for (joint, parts) in description.joints.iter().zip(&bodies) {
-        description.notes.extend(part_notes(tree, parts, joint));
-    }
+    let joints = description.joints.iter().zip(&bodies);
+    let parts = joints.flat_map(|(joint, parts)| part_notes(tree, parts, joint)).collect();
     remarks::add(source, tree, path, &layout, &mut description)?;
-    description.notes.append(&mut layout.notes);
     let moved = |name: &str| tree.named("", name).is_ok_and(|link| layout.moves(link));
-    description.notes.extend(options.unmoved(moved));
-    description.notes.extend_from_slice(&rotors.notes);
-    description.notes.extend(description.joints.iter().filter_map(size::note));
+    let unmoved = options.unmoved(moved);
+    let notes = &mut description.notes;
+    notes.append(&mut layout.given);
+    notes.extend(unmoved);
+    notes.extend(first_of(parts));
+    notes.extend(first_of(layout.notes));
+    notes.extend(first_of(rotors.notes.clone()));
+    notes.extend(first_of(description.joints.iter().filter_map(size::note).collect()));
     Ok(description)
 }
 
@@ -112,8 +119,8 @@ impl Layout {
             for &index in tree.carried[link].iter().rev() {
                 let joint = &tree.joints[index];
                 let child = tree.ends[index].1;
-                // Beside the base nothing moves; a base that hangs on itself ends where it begins.
-                if child == path.base || (place.body == 0 && !on_path[index]) {
+                // Beside the base nothing moves.
+                if place.body == 0 && !on_path[index] {
                     continue;
                 }
                 let origin = match joint.origin(source) {
@@ -164,7 +171,7 @@ impl Layout {
             let Some(parts) = body.checked_sub(1).and_then(|body| bodies.get_mut(body)) else {
                 continue;
             };
-            let read = options.inertial(source, link, &mut self.notes);
+            let read = options.inertial(source, link, &mut self.given);
             match read {
                 Ok(Some(stated)) => {
                     let inertia = stated.inertia.transformed(&pose);
@@ -239,12 +246,6 @@ fn link(
         limits: drive.limits,
         stop: JointStop::default(),
     }
-}
-
-/// All that moves with a joint, as one.
-fn merged(parts: &[Part]) -> Inertia {
-    let parts = parts.iter().map(|part| part.inertia);
-    parts.reduce(|body, part| body.plus(&part)).unwrap_or_default()
 }
 
 /// Parts that are no body by themselves, of a body that is one.

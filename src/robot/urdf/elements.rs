@@ -3,12 +3,16 @@
 use roxmltree::Node;
 
 use crate::robot::ReadError;
-use crate::robot::error::{line_of, quoted};
+use crate::robot::error::quoted;
+
+/// Lines are counted once for every so many bytes: a file with many faults takes no longer than it is long.
+const BLOCK: usize = 1024;
 
 /// The file's text, which turns positions into lines and has the names as they are written.
-#[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
-    pub text: &'a str,
+    text: &'a str,
+    /// The line in which each block begins, and that of the end.
+    lines: Vec<usize>,
 }
 
 /// Elements of xacro that only define: what they leave behind changes nothing.
@@ -18,13 +22,24 @@ const EXPAND: &str = "wants URDF; expand it first: `pip install xacrodoc`, then 
     `xacrodoc robot.urdf.xacro -o robot.urdf` (or ROS's `xacro robot.urdf.xacro -o robot.urdf`)";
 
 impl<'a> Source<'a> {
-    /// An error about what stands at the byte `at`.
-    pub fn error(&self, at: usize, message: impl Into<String>) -> ReadError {
-        ReadError::at(self.text, at, message)
+    pub fn new(text: &'a str) -> Self {
+        let mut lines = vec![1];
+        for block in text.as_bytes().chunks(BLOCK) {
+            lines.push(lines[lines.len() - 1] + ends_of_lines(block));
+        }
+        Self { text, lines }
     }
 
+    /// An error about what stands at the byte `at`.
+    pub fn error(&self, at: usize, message: impl Into<String>) -> ReadError {
+        ReadError { line: Some(self.line(at)), ..ReadError::new(message) }
+    }
+
+    /// The line, counted from 1, that holds the byte `at`.
     pub fn line(&self, at: usize) -> usize {
-        line_of(self.text, at)
+        let block = (at / BLOCK).min(self.lines.len() - 1);
+        let rest = self.text.as_bytes().get(block * BLOCK..at).unwrap_or_default();
+        self.lines[block] + ends_of_lines(rest)
     }
 
     /// The name of an element as it is written, with its prefix.
@@ -204,4 +219,8 @@ pub(super) fn attribute_at(node: Node, name: &str) -> usize {
 /// True for what xacro would replace: `${…}` and `$(…)`.
 fn is_expression(value: &str) -> bool {
     value.contains("${") || value.contains("$(")
+}
+
+fn ends_of_lines(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|&&byte| byte == b'\n').count()
 }

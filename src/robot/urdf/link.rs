@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use roxmltree::Node;
 
 use super::elements::Source;
+use super::solid;
 use crate::arm::{Inertia, Pose};
 use crate::math::Matrix;
 use crate::robot::error::quoted;
@@ -41,6 +42,15 @@ impl<'n, 'i> LinkPart<'n, 'i> {
         let owner = format!("link {}", quoted(self.name));
         let element = source.child(self.node, "inertial", &owner)?;
         element.map(|element| inertial(source, element, &owner)).transpose()
+    }
+
+    /// The uniform body of this mass in the link's shape, and the element that gives the shape.
+    pub fn uniform(
+        &self,
+        source: &Source,
+        mass: f64,
+    ) -> Result<Option<(Inertia, &'static str)>, ReadError> {
+        solid::uniform(source, self.node, &format!("link {}", quoted(self.name)), mass)
     }
 
     /// The complaint about a mass distribution that no body has, if it is one.

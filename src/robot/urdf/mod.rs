@@ -13,6 +13,7 @@ mod path;
 mod remarks;
 mod scan;
 mod size;
+mod solid;
 mod transmission;
 mod tree;
 mod unused;
@@ -70,7 +71,7 @@ impl Description {
         let lenient = lenient::lenient(text);
         let document = roxmltree::Document::parse_with_options(&lenient, parsing)
             .map_err(|error| not_xml(text, &error))?;
-        let source = Source { text };
+        let source = Source::new(text);
         let robot = document.root_element();
         if source.name(robot) != "robot" {
             let message =

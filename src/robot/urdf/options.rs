@@ -18,8 +18,10 @@ pub struct UrdfOptions {
     pub tip: Option<String>,
     /// Gravity in the axes of the file's root [m/s²].
     pub gravity: [f64; 3],
-    /// Masses by link [kg]. The link must state an `<inertial>`: its centre of mass stays, its
-    /// moments are scaled with the mass, as if the body had another density.
+    /// Masses by link [kg]. Where the file states an `<inertial>`, its centre of mass stays and its
+    /// moments are scaled with the mass, as if the body had another density. Where it states none,
+    /// the body is uniform in the shape of `<collision>`, or else of `<visual>`, if that consists of
+    /// boxes, cylinders and balls.
     pub masses: BTreeMap<String, f64>,
     /// Mass distributions by link, in the link's frame, instead of what the file states or does
     /// not.
@@ -94,22 +96,25 @@ impl UrdfOptions {
         }
         let Some(&mass) = self.masses.get(link.name) else { return link.inertial(source) };
         let stated = link.inertial(source)?.filter(|stated| stated.inertia.mass > 0.0);
-        let Some(mut inertial) = stated else {
+        if let Some(Inertial { inertia, .. }) = stated {
+            let share = mass / inertia.mass;
+            notes.push(format!(
+                "{owner}: mass given, {mass} kg instead of {}; moments scaled by {share:.4}",
+                inertia.mass
+            ));
+            let inertia = Inertia { mass, moments: inertia.moments * share, com: inertia.com };
+            return Ok(Some(Inertial::given(inertia, link.at)));
+        }
+        let Some((inertia, shape)) = link.uniform(source, mass)? else {
             let message = format!(
                 "{owner}: got {mass} kg in masses, but the file states no mass distribution to \
-                 scale; give the centre of \
-                 mass and the moments too, in inertials"
+                 scale, nor a shape of boxes, cylinders and balls; give the centre of mass and the \
+                 moments too, in inertials"
             );
             return Err(source.error(link.at, message));
         };
-        let inertia = &mut inertial.inertia;
-        let share = mass / inertia.mass;
-        notes.push(format!(
-            "{owner}: mass given, {mass} kg instead of {}; moments scaled by {share:.4}",
-            inertia.mass
-        ));
-        *inertia = Inertia { mass, moments: inertia.moments * share, com: inertia.com };
-        Ok(Some(inertial))
+        notes.push(format!("{owner}: mass given, {mass} kg, uniform in the shape of <{shape}>"));
+        Ok(Some(Inertial::given(inertia, link.at)))
     }
 
     /// A note on given masses of links that do not move with the chain.

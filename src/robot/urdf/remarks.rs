@@ -9,11 +9,9 @@ use super::joint::Motion;
 use super::path::Path;
 use super::tree::Tree;
 use crate::math::Matrix;
-use crate::robot::error::{listed, quoted};
+use crate::robot::error::{first_of, listed, quoted};
 use crate::robot::{Description, ReadError};
 
-/// Most faults outside the chain that are told one by one.
-const MOST_FAULTS: usize = 20;
 /// Longer strokes than this are no gripper's [m]: parallel grippers open by 0.05 to 0.2 m, half of
 /// it a finger.
 const STROKE: f64 = 0.11;
@@ -31,13 +29,8 @@ pub(super) fn add(
     let stands = |joint: &&usize| tree.joints[**joint].moves();
     let before: Vec<_> = path.before.iter().filter(stands).collect();
     let names = |joints: Vec<&usize>| {
-        listed(
-            joints
-                .into_iter()
-                .map(|&joint| tree.joints[joint].name)
-                .collect::<Vec<_>>()
-                .into_iter(),
-        )
+        let names: Vec<_> = joints.into_iter().map(|&joint| tree.joints[joint].name).collect();
+        listed(names.into_iter())
     };
     let turned = gravity(source, tree, path, description)?;
     let last = path.joints.iter().rev().copied().find(|&joint| tree.joints[joint].moves());
@@ -55,10 +48,7 @@ pub(super) fn add(
         ));
     }
     notes.extend(massless(tree, path, layout));
-    notes.extend(tree.faults.iter().take(MOST_FAULTS).map(left_out));
-    if let Some(more @ 1..) = tree.faults.len().checked_sub(MOST_FAULTS) {
-        notes.push(format!("{more} further links or joints: left out"));
-    }
+    notes.extend(first_of(tree.faults.iter().map(left_out).collect()));
     notes.extend(gripper);
     if description.joints.iter().all(|joint| joint.link.armature == 0.0) {
         description.notes.push(NO_ROTOR.to_owned());
