@@ -99,8 +99,7 @@ impl JointFriction {
         let dry = self.dry(step < 0.0, dq);
         let mut slope = self.viscous + dry * rise;
         if self.stribeck != 0.0 {
-            slope -=
-                step * self.excess(dq) * 2.0 * dq / (self.stribeck_speed * self.stribeck_speed);
+            slope -= step * self.excess(dq) * 2.0 * dq / (self.stribeck_speed * self.stribeck_speed);
         }
         (viscous + dry * step, slope)
     }
@@ -116,8 +115,7 @@ impl JointFriction {
     /// `None` if the friction is smooth, and the joint never quite at rest.
     #[inline]
     pub fn hold(&self) -> Option<[f64; 2]> {
-        (self.smoothing == 0.0 && !self.is_viscous())
-            .then(|| self.coulomb.map(|c| c + self.stribeck))
+        (self.smoothing == 0.0 && !self.is_viscous()).then(|| self.coulomb.map(|c| c + self.stribeck))
     }
 
     /// c± + stribeck · exp(−(q̇/stribeck_speed)²) of one direction [N·m].

@@ -17,7 +17,7 @@ const MOST_CUTS: usize = 6;
 /// A step overshoots if the slope along it ends higher than this share of how low it began.
 const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
-const PRECISION: f64 = 1e-10;
+const PRECISION: f64 = 1e-9;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
 /// Less than this share of the joint's inertia is no friction worth another factor.
@@ -38,7 +38,6 @@ pub(crate) struct Implicit<'a, const N: usize> {
 }
 
 /// A trial: velocities, the direction in which each joint slips (0 for one that sticks), g and its slope.
-#[derive(Clone, Copy)]
 struct Trial<const N: usize> {
     v: Vector<N>,
     sign: Vector<N>,
@@ -49,46 +48,45 @@ struct Trial<const N: usize> {
 impl<const N: usize> Implicit<'_, N> {
     /// V for the velocities `free` = W, from a first guess, and whether it was found.
     pub fn solve(&self, free: &Vector<N>, guess: &Vector<N>) -> (Vector<N>, bool) {
-        let hold = self.laws.map(|law| law.hold());
+        let hold = core::array::from_fn(|i| self.laws[i].hold());
         let sign = guess.map(|v| if v == 0.0 { 0.0 } else { v.signum() });
-        let mut at = self.trial(*guess, sign);
+        let mut at = Trial { v: *guess, sign, torque: Vector::zeros(), slope: Vector::zeros() };
+        self.evaluate(&mut at);
         for _ in 0..MOST_STEPS {
             let push = self.mass * (at.v - free);
             let sticks: [bool; N] =
                 core::array::from_fn(|i| at.sign[i] == 0.0 && hold[i].is_some());
-            let rest =
-                Vector::from_fn(
-                    |i, _| {
-                        if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
-                    },
-                );
+            let rest = Vector::from_fn(|i, _| {
+                if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
+            });
             if self.is_small(&at, &rest) {
                 let Some((i, sign)) = self.breaks_away(&at, &push, &hold) else {
                     return (at.v, true);
                 };
                 at.sign[i] = sign;
-                at = self.trial(at.v, at.sign);
+                self.evaluate(&mut at);
                 continue;
             }
             let step = self.newton(&at, &rest, &sticks);
-            at = match first_to_rest(&at, &step, &hold) {
-                (_, None) => self.walk(&at, &push, &rest, &step),
+            match first_to_rest(&at, &step, &hold) {
+                (_, None) => self.walk(&mut at, &push, &rest, &step),
                 (share, Some(i)) => {
-                    let (mut v, mut sign) = (at.v + step * share, at.sign);
-                    (v[i], sign[i]) = (0.0, 0.0);
-                    self.trial(v, sign)
+                    at.v += step * share;
+                    (at.v[i], at.sign[i]) = (0.0, 0.0);
+                    self.evaluate(&mut at);
                 }
             };
         }
         (at.v, false)
     }
 
-    fn trial(&self, v: Vector<N>, sign: Vector<N>) -> Trial<N> {
-        let (mut torque, mut slope) = (Vector::zeros(), Vector::zeros());
-        for i in 0..N {
-            (torque[i], slope[i]) = self.laws[i].at(v[i], sign[i], self.place[i], self.h);
+    /// g and its slope at the velocities of a trial.
+    #[inline]
+    fn evaluate(&self, at: &mut Trial<N>) {
+        for (i, law) in self.laws.iter().enumerate() {
+            let (torque, slope) = law.at(at.v[i], at.sign[i], self.place[i], self.h);
+            (at.torque[i], at.slope[i]) = (torque, slope);
         }
-        Trial { v, sign, torque, slope }
     }
 
     /// The joint whose λ is furthest beyond what holds it, relative to that, and the direction in which it breaks away.
@@ -122,7 +120,8 @@ impl<const N: usize> Implicit<'_, N> {
 
     /// −(M + h D)⁻¹ rest, where joints that stick do not move.
     fn newton(&self, at: &Trial<N>, rest: &Vector<N>, sticks: &[bool; N]) -> Vector<N> {
-        let smooth = |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
+        let smooth =
+            |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
         if (0..N).all(smooth) {
             return -self.factor.solve(rest);
         }
@@ -139,26 +138,22 @@ impl<const N: usize> Implicit<'_, N> {
         -Factor::of(&steep).solve(rest)
     }
 
-    /// Along `step`, less far if that overshoots the minimum.
-    fn walk(
-        &self,
-        from: &Trial<N>,
-        push: &Vector<N>,
-        rest: &Vector<N>,
-        step: &Vector<N>,
-    ) -> Trial<N> {
-        let (before, more) = (step.dot(rest), self.mass * step);
+    /// Goes along `step`, less far if that overshoots the minimum.
+    #[inline]
+    fn walk(&self, at: &mut Trial<N>, push: &Vector<N>, rest: &Vector<N>, step: &Vector<N>) {
+        let (from, before, more) = (at.v, step.dot(rest), self.mass * step);
         let mut share = 1.0;
-        let mut at = self.trial(from.v + step, from.sign);
+        at.v += step;
+        self.evaluate(at);
         for _ in 0..MOST_CUTS {
             let slope = step.dot(&(push + more * share + at.torque * self.h));
             if slope <= OVERSHOOT * before.abs() {
                 break;
             }
             share *= before / (before - slope);
-            at = self.trial(from.v + step * share, from.sign);
+            at.v = from + step * share;
+            self.evaluate(at);
         }
-        at
     }
 }
 

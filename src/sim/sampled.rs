@@ -42,22 +42,25 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Self { plant, applied: plant.applied(tau), laws }
     }
 
-    /// q̈ at the start of a step of `h` [s], and what to solve for with M⁻¹r there if the step is beyond RK4.
-    fn start(&self, at: &Motion<N>, t: f64, h: f64) -> (Vector<N>, Option<Braked<'_, N>>) {
+    /// How a step of `h` [s] starts.
+    fn start(&self, at: &Motion<N>, t: f64, h: f64) -> Started<'_, N> {
         let (arm, Motion { q, dq }) = (&self.plant.arm, at);
         let Some(laws) = &self.laws else {
-            return (self.acceleration(at, t), None);
+            return Started::Smooth(self.acceleration(at, t));
         };
         let (posed, net) = (Posed::of(arm, q, dq), self.net(at, t));
-        let stiff = beyond_rk4(&posed.factor, laws, h).then(|| (laws, posed.free(&net)));
-        (posed.acceleration(arm, (q, dq), &net), stiff)
+        if beyond_rk4(&posed.factor, laws, h) {
+            Started::Stiff(laws, posed.free(&net))
+        } else {
+            Started::Smooth(posed.acceleration(arm, (q, dq), &net))
+        }
     }
 
     /// One step of length `h` [s] from time `t`.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match self.start(motion, t, h) {
-            (_, Some(stiff)) => self.step_stiff(motion, stiff, t, h),
-            (ddq, None) => Moved::by_rk4(h, motion, &ddq, |stage, at| {
+            Started::Stiff(laws, free) => self.step_stiff(motion, (laws, &free), t, h),
+            Started::Smooth(ddq) => Moved::by_rk4(h, motion, &ddq, |stage, at| {
                 self.acceleration(at, t + stage.node * h)
             }),
         }
@@ -66,11 +69,11 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     fn step_stiff(
         &self,
         motion: &Motion<N>,
-        (laws, free): Braked<'_, N>,
+        (laws, free): (&[Resistance; N], &Vector<N>),
         t: f64,
         h: f64,
     ) -> Moved<N> {
-        stiff::step(&self.plant.arm, laws, h, motion, &free, |stage, at, posed, _| {
+        stiff::step(&self.plant.arm, laws, h, motion, free, |stage, at, posed, _| {
             posed.free(&self.net(at, t + stage.node * h))
         })
         .0
@@ -85,15 +88,18 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     ) -> Option<Motion<N>> {
         let (mut motion, mut rates) = (*start, [Motion::zeros(); 7]);
         while t < end {
-            let (ddq, stiff) = self.start(&motion, t, h);
-            rates[0] = Motion { q: motion.dq, dq: ddq };
-            let step = match stiff {
-                Some(stiff) => attempt_stiff((t, h, end), &motion, tolerance, |h, _| {
-                    self.step_stiff(&motion, stiff, t, h)
-                }),
-                None => attempt((t, h, end), &motion, &mut rates, tolerance, |_, time, at| {
-                    self.acceleration(at, time)
-                }),
+            let step = match self.start(&motion, t, h) {
+                Started::Stiff(laws, free) => {
+                    attempt_stiff((t, h, end), &motion, tolerance, |h, _| {
+                        self.step_stiff(&motion, (laws, &free), t, h)
+                    })
+                }
+                Started::Smooth(ddq) => {
+                    rates[0] = Motion { q: motion.dq, dq: ddq };
+                    attempt((t, h, end), &motion, &mut rates, tolerance, |_, time, at| {
+                        self.acceleration(at, time)
+                    })
+                }
             }?;
             (motion, t, h) = (step.motion, step.end, step.next_h);
         }
@@ -110,8 +116,13 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     }
 }
 
-/// What opposes the motion of the joints, and M⁻¹r without it.
-type Braked<'a, const N: usize> = (&'a [Resistance; N], Vector<N>);
+/// The start of a step under a held torque.
+enum Started<'a, const N: usize> {
+    /// q̈.
+    Smooth(Vector<N>),
+    /// What to solve for, and M⁻¹r without it.
+    Stiff(&'a [Resistance; N], Vector<N>),
+}
 
 /// Plant, sampled controller and reference.
 pub(super) struct Sampled<'a, const N: usize, A, D, B, C, R> {

@@ -30,6 +30,8 @@ pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
 
 /// RK4 stays as long as h times the largest rate at which friction brakes is below this; beyond 2.78 it is unstable.
 const MOST_BRAKING: f64 = 2.0;
+/// Beyond so many times its smoothing friction hardly depends on the velocity.
+const STEADY: f64 = 5.0;
 /// And as long as h² times the largest squared frequency of a joint in its stop is below this.
 const MOST_SPRING: f64 = 1.0;
 
@@ -123,8 +125,7 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
     let last = Braked { laws, h, start, rates: &rates, braking: &braking };
     let (dq, f, found) = last.solve(&mass, &factor, &forward);
     let error = q - start.q - (start.dq + dq) * (0.5 * h);
-    let lost =
-        if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
+    let lost = if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
     (Moved { motion: Motion { q, dq }, error, lost }, f)
 }
 
@@ -166,10 +167,22 @@ impl<const N: usize> Braked<'_, N> {
         for (a, f) in row.iter().zip(self.braking) {
             free += f * (self.h * a);
         }
-        let guess = self.rates[self.rates.len() - 1].q;
+        let guess = self.guess(&free, h);
         let place = &self.place();
-        let (v, found) = Implicit { mass, factor, laws: self.laws, h, place }.solve(&free, &guess);
+        let (v, found) =
+            Implicit { mass, factor, laws: self.laws, h, place }.solve(&free, &guess);
         (v, (v - free) / h, found)
+    }
+
+    /// A first guess of V: where friction is as in the stage before, what that leads to; else the velocity of that stage.
+    fn guess(&self, free: &Vector<N>, h: f64) -> Vector<N> {
+        let before = self.rates[self.rates.len() - 1].q;
+        let Some(f) = self.braking.last() else { return before };
+        Vector::from_fn(|i, _| {
+            let on = free[i] + f[i] * h;
+            let fast = STEADY * self.laws[i].friction.smoothing;
+            if before[i].abs().min(on.abs()) > fast && before[i] * on > 0.0 { on } else { before[i] }
+        })
     }
 
     /// Puts the joints that are in their stops where the stops were solved for. Says which one came into a stop whose bounce

@@ -18,7 +18,7 @@ use steadyarm::sim::{
 };
 
 use crate::chains;
-use crate::common::on;
+use crate::common::{self, adaptive, fresh, on};
 use crate::random::Random;
 
 /// One joint without gravity, of this inertia [kg m²].
@@ -76,7 +76,8 @@ fn a_comparison_on_a_light_stiff_wrist_is_not_turned_round() {
         for (method, dt, tol) in [(Method::Rk4, 1e-3, 1e-4), (TIGHT, 1e-3, 1e-4)] {
             let options = options(dt, sampled, method);
             let plain = ComputedTorque::new(nominal, gains, NoCompensation);
-            let run = simulate(&plant, &plain, &mut State::new(()), &path, &options, on).unwrap();
+            let run =
+                simulate(&plant, &plain, &mut State::new(()), &path, &options, on).unwrap();
             assert_eq!(run.status, Status::Finished);
             assert!((rms(&run) / 248.829e-3 - 1.0).abs() < tol, "{sampled} {:e}", rms(&run));
             let adaptive = ComputedTorque::new(nominal, gains, compensator.clone());
@@ -150,7 +151,8 @@ fn fall(arm: TwoLink, dt: f64) -> Motion<2> {
 /// A pendulum of two links, its friction 200 times too stiff for RK4 at 1 ms: order 2 in the step.
 #[test]
 fn the_error_falls_with_the_square_of_the_step() {
-    let friction = Friction { viscous: [0.5, 20.0], coulomb: [0.02, 0.2], smoothing: [0.01; 2] };
+    let friction =
+        Friction { viscous: [0.5, 20.0], coulomb: [0.02, 0.2], smoothing: [0.01; 2] };
     let truth = fall(two_link(friction), 2.5e-5);
     let error = |dt| (fall(two_link(friction), dt).q - truth.q).amax();
     let [coarse, fine] = [error(1e-3), error(2.5e-4)];
@@ -283,12 +285,52 @@ fn a_stop_too_stiff_for_the_step_holds_the_joint_and_is_told() {
         let controller =
             ComputedTorque::new(joint(1e-3, JointFriction::default()), gains, NoCompensation);
         let options = options(1e-3, true, Method::Rk4);
-        let run = simulate(&plant, &controller, &mut State::new(()), &path, &options, on).unwrap();
+        let run =
+            simulate(&plant, &controller, &mut State::new(()), &path, &options, on).unwrap();
         let rest = 0.1 + 3.0 / stiffness;
         let end = run.q.last().unwrap()[0];
         assert!((end - rest).abs() < 0.02 * (rest - 0.1) + 1e-6, "{stiffness}: {end} {rest}");
-        let bounced =
-            matches!(run.status, Status::Unresolved(doubt) if doubt.coarse == Coarse::Bounce);
+        let bounced = matches!(run.status, Status::Unresolved(doubt) if doubt.coarse == Coarse::Bounce);
         assert_eq!(bounced, told, "{stiffness}: {}", run.status);
     }
+}
+
+/// `steadyarm simulate --dt 1` used to finish with 0.273 / 0.483 rad where 0.193 / 0.448 is right.
+#[test]
+fn a_step_too_long_for_the_motion_is_told_and_named() {
+    let run = |dt, gain| {
+        let controller = adaptive(Form::Shared, true, gain);
+        let (plant, path, mut state) = (common::plant(), common::reference(), fresh(&controller));
+        let options = Options { dt, ..Options::default() };
+        simulate(&plant, &controller, &mut state, &path, &options, on).unwrap()
+    };
+    let told = run(1.0, 1.0 / 7.0).status;
+    let Status::Unresolved(doubt) = told else { panic!("{told}") };
+    assert!(matches!(doubt.coarse, Coarse::Motion { .. }), "{told}");
+    assert!(told.to_string().contains("dt = 1 s is too long for this motion"), "{told}");
+    assert_eq!(run(1e-3, 1.0 / 7.0).status, Status::Finished);
+    assert_eq!(run(1e-2, 1.0 / 7.0).status, Status::Finished);
+    // Beyond its stability limit RK4 diverges, which is no fault of the controller.
+    let told = run(2.0, 7.0).status;
+    assert!(matches!(told, Status::Diverged { doubt: Some(_), .. }), "{told}");
+    assert!(told.to_string().contains("before that, dt = 2 s is too long"), "{told}");
+}
+
+/// What friction does at the stages of a step enters the identity with the weights of the implicit method.
+#[test]
+fn the_dissipation_identity_holds_through_stiff_friction() {
+    let friction = Friction { viscous: [0.5, 0.2], coulomb: [1.0, 0.5], smoothing: [0.001; 2] };
+    let mut parameters = *common::plant().arm.parameters();
+    parameters.friction = friction;
+    let plant = Plant::new(TwoLink::new(parameters).unwrap(), common::plant().disturbance);
+    let controller = adaptive(Form::Concat, false, 70.0);
+    let residual = |dt| {
+        let options = Options { dt, duration: 5.0, ..Options::default() };
+        let mut state = fresh(&controller);
+        let path = common::reference();
+        let run = simulate(&plant, &controller, &mut state, &path, &options, on).unwrap();
+        run.certificate.unwrap().residual()
+    };
+    let [coarse, fine] = [residual(1e-3), residual(1.25e-4)];
+    assert!(coarse < 1e-5 && fine < coarse / 8.0, "{coarse:e} {fine:e}");
 }

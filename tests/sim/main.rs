@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs)]
 
 mod carry;
+#[allow(dead_code, unused_imports, unused_macros)]
 #[path = "../serial/chains.rs"]
 mod chains;
 #[path = "../common/mod.rs"]
