@@ -174,5 +174,5 @@ pub(super) fn of_arm(description: &Description, error: Error) -> String {
         return error.to_string();
     };
     let (name, link) = (quoted(&joint.name), quoted(&joint.link_name));
-    format!("joint {name}, {}; it is link {link} with what hangs on it", words(error))
+    format!("joint {name}, link {link} with what hangs on it, {}", words(error))
 }
