@@ -270,7 +270,10 @@ def test_changes_do_what_they_say():
         ),
         (lambda arm: arm.with_parameters(np.zeros((2, 10))), r"parameters: got shape \(2, 10\)"),
         (lambda arm: arm.with_parameters(np.full(20, np.nan)), r"parameters\[0\]: got NaN"),
-        (lambda arm: arm.with_parameters(np.zeros(20)), r'joint "elbow", link "hand".*, inertia: got 0'),
+        (
+            lambda arm: arm.with_parameters(np.zeros(20)),
+            r'joint "elbow", link "hand".*, inertia: got 0',
+        ),
         (lambda arm: arm.with_parameters(np.eye(20)[1]), 'joint "shoulder", com'),
     ],
 )
