@@ -1,12 +1,12 @@
 """Print the share of robot files that load, and why the others do not.
 
-Usage: python benches/robot_files.py [--notes] [FOLDER_OR_FILE ...]
+Usage: python benches/robot_files.py [--notes] [--unphysical POLICY] [FOLDER_OR_FILE ...]
 
 Without arguments: the URDFs of ``example-robot-data``, and those in ``tests``. Of every file each
 chain is read as it stands, unedited: from a leaf back to the root, to a floating or planar joint,
 or over eight joints that move. A chain that ends in joints which follow others (``mimic``) ends
 before them. Prints chains and files that load, the reasons of the others with their numbers, and
-with ``--notes`` what is noted.
+with ``--notes`` what is noted. POLICY: "refuse", "note" or "nearest", as of `Serial.from_urdf`.
 """
 
 import argparse
@@ -76,10 +76,10 @@ def reason(message):
     return re.sub(r"-?\b\d+(\.\d+)?(e-?\d+)?\b", "N", message)
 
 
-def read(path, base, tip):
+def read(path, base, tip, options):
     """Return (the reason of a refusal or None, notes)."""
     try:
-        return None, sa.Serial.from_urdf(path, base=base, tip=tip).notes
+        return None, sa.Serial.from_urdf(path, base=base, tip=tip, **options).notes
     except ValueError as error:
         return reason(str(error)), []
 
@@ -96,11 +96,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("paths", nargs="*", type=Path)
     parser.add_argument("--notes", action="store_true", help="what is noted, too")
+    parser.add_argument("--unphysical", metavar="POLICY", help="for links that no body can be")
     arguments = parser.parse_args()
+    options = {"unphysical": arguments.unphysical} if arguments.unphysical else {}
     refusals, notes, refused = collections.Counter(), collections.Counter(), {}
     every, total, whole = 0, 0, 0
     for path in files(arguments.paths or [*example_robot_data(), TESTS]):
-        results = [read(path, *pair) for pair in chains(path)]
+        results = [read(path, *pair, options) for pair in chains(path)]
         why = [why for why, _ in results if why]
         every += bool(results)
         total += len(results)

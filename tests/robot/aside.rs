@@ -133,7 +133,10 @@ fn loops_and_other_roots_beside_a_named_tip_change_nothing() {
     let selfish = "<link name=\"a\"/><joint name=\"s\" type=\"fixed\"><parent link=\"a\"/>\
                    <child link=\"a\"/></joint>";
     for addition in ["<link name=\"alone\"/>", selfish] {
-        assert_eq!(cut(&with(addition), None, Some("tool")).unwrap().joints, good.joints);
+        let arm = cut(&with(addition), None, Some("tool")).unwrap();
+        assert_eq!(arm.joints, good.joints);
+        let told = arm.notes.iter().any(|note| note.contains("root") && note.contains("\"alone\""));
+        assert_eq!(told, addition != selfish);
     }
     // The base hangs on the tip's neighbour: what lies between is a chain all the same.
     let text = VALID.replacen("<parent link=\"ground\"/>", "<parent link=\"hand\"/>", 1);

@@ -89,6 +89,42 @@ fn comments_may_hold_anything_but_their_end() {
     same(&VALID.replace("<motorInertia>0.0002<", "<motorInertia><![CDATA[0.0002]]><"));
 }
 
+/// As urdfdom and MuJoCo do, whose readers know five entities and leave all others as they are.
+#[test]
+fn what_is_not_read_need_not_be_well_formed() {
+    for odd in [
+        "<gazebo a=\"R&D\" b='<'>&nbsp; \u{1} R & D ]]></gazebo>",
+        "<material name='&grey;'><texture filename=\"a&b.png\"/></material>",
+        "<gazebo a=\"1\"b=\"2\"/>",
+        "<xacro:property name='a' value=\"${1 if x < 2 else 3 & 4}\"/>",
+    ] {
+        same(&with(odd));
+        same(&VALID.replace("<visual/>", &format!("<visual>{odd}</visual>")));
+    }
+    same(&VALID.replace("foot.stl", "R&D/foot.stl"));
+    same(&VALID.replace("<mass value=\"5\"/>", "<mass value=\"5\"/> & "));
+    same(&VALID.replace("<type>", "<type a='&'> & "));
+}
+
+#[test]
+fn what_is_read_must_be_well_formed() {
+    for (old, new) in [
+        ("\"tool\"", "\"t&ol\""),
+        ("\"tool\"", "\"t<ol\""),
+        ("\"tool\"", "\"&tool;\""),
+        ("0.0002", "&small;"),
+        ("0.0002", "0.0002 & 1"),
+        ("lower=\"0\" ", "lower=\"0\""),
+        ("</robot>", "</robot> & more"),
+    ] {
+        let error = read(&VALID.replace(old, new)).expect_err(new).to_string();
+        assert!(error.contains("not well-formed"), "{new}: {error}");
+    }
+    // Known entities are what they mean.
+    let named = VALID.replace("\"tool\"", "\"R&amp;D\"");
+    assert!(Description::from_urdf(&named, None, Some("R&D"), GRAVITY).is_ok());
+}
+
 #[test]
 fn line_ends_of_windows_are_read() {
     same(&VALID.replace('\n', "\r\n"));
@@ -109,8 +145,8 @@ fn lines_of_messages_are_those_of_the_file() {
 #[test]
 fn what_is_not_well_formed_stays_refused() {
     for broken in [
-        "<a b:c=1/>",
-        "<a b:c/>",
+        "<joint b:c=1/>",
+        "<joint b:c/>",
         "<a b:c=\"1/>",
         "<a:b></a:c>",
         "<a:b></a_c>",
@@ -118,11 +154,11 @@ fn what_is_not_well_formed_stays_refused() {
         "<!-- open",
         "<? open",
         "<a <!-- x --> b='1'/>",
-        "<a b='<'/>",
-        "<a b='1' b='2'/>",
+        "<joint b='<'/>",
+        "<joint name='1' name='2'/>",
         "<a:b>",
         "</a:b>",
-        "<a>&x:y;</a>",
+        "<transmission><motorInertia>&x;</motorInertia></transmission>",
         "<!DOCTYPE r>",
         "<!ENTITY a 'b'>",
         "<![CDATA[",
@@ -194,4 +230,22 @@ fn what_xacro_would_put_into_the_chain_names_xacrodoc() {
         let error = read(&text).unwrap_err().to_string();
         assert!(error.contains("pip install xacrodoc") && error.starts_with("line "), "{error}");
     }
+}
+
+/// Files as they are found, one of each kind; `benches/robot_files.py` reads them too.
+#[test]
+fn files_of_these_kinds_are_read() {
+    let read = |name: &str| {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robot/files");
+        Description::from_urdf_file(format!("{folder}/{name}.urdf"), None, None, GRAVITY).unwrap()
+    };
+    let rotors = read("rotors");
+    let armatures: Vec<_> = rotors.joints.iter().map(|joint| joint.link.armature).collect();
+    assert_eq!(armatures, [160.0 * 160.0 * 0.0001321; 2]);
+    let odd = read("odd");
+    assert_eq!(odd.joints[0].name, "\u{e9}paule");
+    let masses: Vec<_> = odd.joints.iter().map(|joint| joint.link.inertia).collect();
+    let same: Vec<_> = rotors.joints.iter().map(|joint| joint.link.inertia).collect();
+    assert_eq!(masses, same);
+    assert_eq!(read("massless").joints[0].link.inertia.mass, 0.0);
 }

@@ -48,6 +48,7 @@ pub(super) fn add(
         ));
     }
     notes.extend(massless(tree, path, layout));
+    notes.extend(other_roots(tree, path));
     notes.extend(first_of(tree.faults.iter().map(left_out).collect()));
     notes.extend(gripper);
     if description.joints.iter().all(|joint| joint.link.armature == 0.0) {
@@ -98,6 +99,17 @@ fn massless(tree: &Tree, path: &Path, layout: &Layout) -> Option<String> {
         .collect();
     (!names.is_empty())
         .then(|| format!("links without mass taken as massless: {}", listed(names.into_iter())))
+}
+
+/// Links that hang on nothing, beside the root.
+fn other_roots(tree: &Tree, path: &Path) -> Option<String> {
+    let other = |link: &usize| tree.carrier[*link].is_none() && *link != path.root;
+    let names: Vec<_> =
+        (0..tree.links.len()).filter(other).map(|link| tree.links[link].name).collect();
+    (!names.is_empty()).then(|| {
+        let (root, names) = (quoted(tree.links[path.root].name), listed(names.into_iter()));
+        format!("what does not hang on the root {root} is left out: {names}")
+    })
 }
 
 /// A note if the last joint of a chain whose tip was not named looks like a gripper's.

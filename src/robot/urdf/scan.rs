@@ -22,7 +22,7 @@ pub(super) enum Kind {
     CharacterData,
     Instruction,
     DocumentType,
-    /// `</name`, up to its `>`.
+    /// `</name>`.
     Closing,
     /// A tag that opens an element, up to its `>`.
     Opening {
@@ -68,7 +68,8 @@ impl Iterator for Pieces<'_> {
         } else if rest.starts_with("<!") {
             (Kind::DocumentType, Some(2))
         } else if let Some(name) = rest.strip_prefix("</") {
-            (Kind::Closing, Some(2 + name.find(['<', '>']).unwrap_or(name.len())))
+            let end = name.find(['<', '>']).unwrap_or(name.len());
+            (Kind::Closing, Some(2 + end + usize::from(name[end..].starts_with('>'))))
         } else {
             opening(rest)
         };
@@ -138,8 +139,8 @@ fn opening(rest: &str) -> (Kind, Option<usize>) {
     for (at, &byte) in rest.as_bytes().iter().enumerate().skip(1) {
         match (quote, byte) {
             (Some(open), _) if byte == open => quote = None,
-            (_, b'<') => return (Kind::Unfinished, Some(at)),
             (Some(_), _) => {}
+            (None, b'<') => return (Kind::Unfinished, Some(at)),
             (None, b'"' | b'\'') => {
                 attributes += 1;
                 quote = Some(byte);
