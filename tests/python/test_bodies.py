@@ -146,6 +146,55 @@ def test_corkes_puma_560_is_usable():
     assert_allclose(arm.mass_matrix(q), arm.mass_matrix(q).T, rtol=1e-12)
 
 
+XARM6 = [
+    # origin of the joint, its rpy, mass, centre of mass, ixx ixy ixz iyy iyz izz
+    ("0 0 0.267", "0 0 0", 2.16, "-0.002 0.02692 -0.01332",
+     (0.00539427, 1.095e-05, 1.635e-06, 0.0048979, 0.000793, 0.00311573)),
+    ("0 0 0", "-1.5708 0 0", 1.71, "0.03531 -0.21398 0.03386",
+     (0.0248674, -0.00430651, -0.00067797, 0.00485548, 0.00457245, 0.02387827)),
+    ("0.0535 -0.2845 0", "0 0 0", 1.384, "0.06781 0.10749 0.01457",
+     (0.0053694, 0.0014185, -0.00092094, 0.0032423, -0.00169178, 0.00501731)),
+    ("0.0775 0.3425 0", "-1.5708 0 0", 1.115, "-0.00021 0.02578 -0.02538",
+     (0.00439263, 5.028e-05, 1.374e-05, 0.0040077, 0.00045338, 0.00110321)),
+    ("0 0 0", "1.5708 0 0", 1.275, "0.05428 0.01781 0.00543",
+     (0.001202758, 0.000492428, -0.00039147, 0.0022876, -1.235e-04, 0.0026866)),
+    ("0.076 0.097 0", "-1.5708 0 0", 0.1096, "0 0.00064 -0.00952",
+     (4.5293e-05, 0, 0, 4.8111e-05, 0, 7.9715e-05)),
+]  # fmt: skip
+"""The arm of UFACTORY's `xarm6_with_gripper.urdf` (xarm_ros, BSD licence), without its gripper."""
+
+
+def xarm6():
+    parts, names = ['<robot name="xarm6"><link name="base"/>'], ("xx", "xy", "xz", "yy", "yz", "zz")
+    for k, (xyz, rpy, mass, com, moments) in enumerate(XARM6, 1):
+        inertia = " ".join(f'i{name}="{value}"' for name, value in zip(names, moments, strict=True))
+        parent = f"link{k - 1}" if k > 1 else "base"
+        parts.append(
+            f'<link name="link{k}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>'
+            f'<inertia {inertia}/></inertial></link><joint name="joint{k}" type="continuous">'
+            f'<parent link="{parent}"/><child link="link{k}"/><origin xyz="{xyz}" rpy="{rpy}"/>'
+            '<axis xyz="0 0 1"/><dynamics damping="1.0"/></joint>'
+        )
+    return "".join(parts) + "</robot>"
+
+
+@pytest.mark.parametrize("policy", ["note", "nearest"])
+def test_arm_of_a_vendor_with_links_that_are_no_bodies_runs(policy):
+    with pytest.raises(ValueError, match=r'link "link2", <inertia>.*triangle'):
+        sa.Serial.from_urdf(xarm6())
+    arm = sa.Serial.from_urdf(xarm6(), unphysical=policy)
+    # numpy.linalg.eigvalsh: links 2 and 3 break the triangle inequality by these.
+    notes = [note for note in arm.notes if "no body has" in note]
+    assert len(notes) == 2
+    assert 'link "link2"' in notes[0] and "1.982e-4" in notes[0]
+    assert 'link "link3"' in notes[1] and "9.834e-4" in notes[1]
+    load = arm.with_payload(1.0).perturb(1, mass=0.1)
+    tracker = sa.ComputedTorque(arm.without_friction(), kp=100.0, kv=20.0)
+    run = sa.simulate(sa.Plant(load), tracker, sa.Sines(2.0, sin=0.3), duration=0.5, dt=1e-3)
+    assert run.status.finished
+    assert np.abs(run.e).max() < 0.5
+
+
 def dynamics(arm):
     q, dq, ddq = np.array([[0.3, -0.7], [0.5, 0.2], [-1.0, 2.0]])
     return np.concatenate([arm.mass_matrix(q).ravel(), arm.inverse_dynamics(q, dq, ddq)])
