@@ -4,6 +4,8 @@
 # make bench       speed: criterion benches, and the Python peers
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
+# make check-all   all of that which can fail: test, reproduce, robot, docs and what the benches compare, but no
+#                  verdict on speed; what it prints is in check-all.log too
 #
 # Needs Rust >= 1.89, Python >= 3.11 and make; all else comes from the package registries.
 
@@ -16,7 +18,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs clean
+.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -61,6 +63,17 @@ bench-dynamics: $(VENV)/wheel $(VENV)/peers
 docs: $(VENV)/wheel $(VENV)/manual
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 	@echo "The manual is in docs/_build/html/index.html"
+
+# That the benches compare the same work to the same accuracy, with all their programs run once or twice.
+same-work: $(VENV)/wheel $(VENV)/peers
+	$(CARGO) bench --locked -- --test
+	$(BIN)/python benches/compare.py --quick
+
+# The mark tells whether all went well: tee hides the exit code.
+check-all:
+	@rm -f target/check-all.passed && mkdir -p target
+	@{ date; $(MAKE) test reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
+	@rm target/check-all.passed && echo "All passed; check-all.log has it."
 
 # The environment, and the wheel as `pip install .` builds it.
 

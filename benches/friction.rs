@@ -66,9 +66,8 @@ fn motions<const N: usize>(plant: &ArmPlant<N>, pose: [f64; N]) -> Vec<(Motion<N
     let go_on = |_| ControlFlow::Continue(());
     let mut state = State::new(());
     let run = simulate(plant, &controller, &mut state, &path, &options, go_on).unwrap();
-    let row = |k: usize| {
-        (Motion { q: run.q[k].into(), dq: run.dq[k].into() }, Vector::from(run.tau[k]))
-    };
+    let row =
+        |k: usize| (Motion { q: run.q[k].into(), dq: run.dq[k].into() }, Vector::from(run.tau[k]));
     (0..run.t.len()).map(row).collect()
 }
 

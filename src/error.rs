@@ -46,6 +46,17 @@ pub enum Error {
         /// The largest count accepted.
         limit: usize,
     },
+    /// The record of a run would be larger than memory, or than this crate makes one.
+    RecordTooLarge {
+        /// Only every so many steps enter the record.
+        every: usize,
+        /// Rows of the record.
+        rows: usize,
+        /// What a row takes [bytes].
+        row_bytes: usize,
+        /// The largest record made [bytes].
+        limit: u64,
+    },
     /// A matrix that must be symmetric is not.
     NotSymmetric {
         /// Name of the matrix.
@@ -145,6 +156,14 @@ impl fmt::Display for Error {
             Self::TooMany { parameter, got: None, limit } => {
                 write!(f, "{parameter}: got more than fit an integer, wants at most {limit}")
             }
+            Self::RecordTooLarge { every, rows, row_bytes, limit } => write!(
+                f,
+                "record_every: got {every}, which makes a record of {:.2} GB ({rows} rows of \
+                 {row_bytes} bytes), wants at most {:.2} GB and what fits memory; take a larger \
+                 number, or record=\"motion\", the motion alone",
+                rows as f64 * row_bytes as f64 / 1e9,
+                limit as f64 / 1e9,
+            ),
             Self::NotSymmetric { parameter, row, column, difference } => write!(
                 f,
                 "{parameter}: got {parameter}[{row}, {column}] and {parameter}[{column}, {row}] \

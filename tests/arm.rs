@@ -346,9 +346,9 @@ fn refuses_an_infinite_coulomb_friction() {
 }
 
 #[test]
-fn refuses_a_smoothing_of_zero() {
-    let error = refusal(|p| p.friction.smoothing[1] = 0.0);
-    assert_eq!(error, too_small("friction.smoothing", Some(1), 0.0, "a number > 0"));
+fn refuses_a_negative_smoothing() {
+    let error = refusal(|p| p.friction.smoothing[1] = -0.1);
+    assert_eq!(error, too_small("friction.smoothing", Some(1), -0.1, "a number >= 0"));
 }
 
 #[test]

@@ -8,10 +8,12 @@
 What you need is here: an arm (`TwoLink`, or `Serial` for any other), a controller
 (`ComputedTorque`) with or without a `FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference
 (`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
-(`bounded_real_riccati`, `care`).
+(`bounded_real_riccati`, `care`). `plots` and `animation` are imported when they are first used.
 """
 
+from importlib import import_module as _import_module
 from importlib.metadata import version as _version
+from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from . import paper
 from ._core import (
@@ -35,7 +37,16 @@ from .design import DesignReport, design
 from .run import Certificate, Metrics, Run, Status
 from .simulation import simulate
 
+if _TYPE_CHECKING:
+    from types import ModuleType
+
+    from . import animation as animation
+    from . import plots as plots
+
 __version__ = _version("steadyarm")
+
+_DRAWING = ("animation", "plots")
+"""Modules that take matplotlib, half a second to import."""
 
 __all__ = [
     "Certificate",
@@ -63,3 +74,13 @@ __all__ = [
     "paper",
     "simulate",
 ]
+
+
+def __getattr__(name: str) -> "ModuleType":
+    if name in _DRAWING:
+        return _import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_DRAWING})

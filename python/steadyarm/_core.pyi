@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "MAX_RECORD_BYTES",
     "ComputedTorque",
     "Excess",
     "FuzzyApproximator",
@@ -36,6 +37,9 @@ __all__ = [
     "metrics",
     "simulate",
 ]
+
+MAX_RECORD_BYTES: int
+"""`simulate` refuses a larger record [bytes]."""
 
 _Array = NDArray[np.float64]
 _Triple = tuple[_Array, _Array, _Array]
@@ -111,7 +115,8 @@ class TwoLink:
     gravity: g [m/s²], downwards; 0 by default, an arm that lies flat as the paper's.
     viscous: viscous friction of each joint [N·m·s/rad], >= 0; 0 by default.
     coulomb: Coulomb friction [N·m], >= 0; 0 by default.
-    smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], > 0; 0.01 by default.
+    smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], ≥ 0; 0.01 by
+        default, 0 for dry friction that sticks.
 
     Raises
     ------
@@ -713,7 +718,8 @@ class ComputedTorque:
     def save(self, path: str | PathLike[str]) -> None:
         """Write what the controller remembers (weights, last torque, steps) to a file.
 
-        The file is replaced as a whole. Raises OSError if that fails; what was there stays then.
+        The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
+        fails; what was there stays then. Other threads may use the controller meanwhile.
         """
     def load(self, path: str | PathLike[str]) -> None:
         """Read what `save` wrote; the next torques are then the same to the bit.

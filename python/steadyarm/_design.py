@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from . import paper
 from ._options import FAILED, Refused, command, harmonics, number, numbers
 from ._simulate import add_compensator
+from ._streams import say
 from .design import design
 
 if TYPE_CHECKING:
@@ -76,5 +77,5 @@ def _design(arguments: argparse.Namespace) -> int:
         )
     except (ValueError, TypeError, OverflowError) as error:
         raise Refused(error) from error
-    print(report)
+    say(str(report))
     return 0 if report.sound else FAILED

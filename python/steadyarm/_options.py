@@ -3,27 +3,48 @@
 from __future__ import annotations
 
 import argparse
+import errno
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from ._files import PICTURES
+from ._files import check
 
 if TYPE_CHECKING:
-    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+    Commands = argparse._SubParsersAction["Parser"]
 
 FAILED, USAGE, STOPPED = 1, 2, 130
 """Exit codes: something went wrong; the arguments make no sense; Ctrl-C."""
+
+PICTURES = (".png", ".svg", ".pdf")
+"""Endings of the pictures that can be written."""
 
 
 class Refused(Exception):
     """Arguments that the library refuses."""
 
 
+class Parser(argparse.ArgumentParser):
+    """A parser that says what is wrong in its last line, and not under the list of all options."""
+
+    def error(self, message: str) -> NoReturn:
+        """End with one line, after one on where to find more."""
+        self.exit(USAGE, f"{self.prog} --help explains the options\nsteadyarm: {message}\n")
+
+
+def check_files(*paths: Path | None) -> None:
+    """Raise OSError if one of the files cannot be written, before the work is done."""
+    for path in paths:
+        if path is not None:
+            if not path.parent.is_dir():
+                raise FileNotFoundError(errno.ENOENT, "no such directory", str(path.parent))
+            check(path)
+
+
 def command(
     commands: Commands, name: str, summary: str, details: str, run: Callable[[Any], int]
-) -> argparse.ArgumentParser:
+) -> Parser:
     """Add a command: ``summary`` for the list of commands, ``details`` for its own help.
 
     ``run`` takes the parsed arguments and returns the exit code.

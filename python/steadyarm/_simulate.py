@@ -4,10 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import _files, paper, reproduction
-from ._options import FAILED, STOPPED, Refused, command, names, number, numbers, picture, record
+from . import paper, reproduction
+from ._options import (
+    FAILED,
+    STOPPED,
+    Refused,
+    check_files,
+    command,
+    names,
+    number,
+    numbers,
+    picture,
+    record,
+)
+from ._streams import say, tell
 from .run import Run
 
 if TYPE_CHECKING:
@@ -132,6 +145,13 @@ def _add_numerics(group: argparse._ArgumentGroup) -> None:
 
 def _add_output(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
+    add(
+        "--record-every",
+        metavar="N",
+        type=int,
+        default=1,
+        help="keep every so many steps only (default: 1)",
+    )
     add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
     add(
         "--save",
@@ -157,9 +177,7 @@ OVERRIDES = (
 
 
 def _simulate(arguments: argparse.Namespace) -> int:
-    for file in (arguments.plot, arguments.save):
-        if file is not None and not file.parent.is_dir():
-            raise FileNotFoundError(2, "no such directory", str(file.parent))
+    check_files(arguments.plot, arguments.save)
     chosen = {name: getattr(arguments, name) for name in OVERRIDES}
     chosen = {name: value for name, value in chosen.items() if value is not None}
     try:
@@ -167,18 +185,33 @@ def _simulate(arguments: argparse.Namespace) -> int:
         run = scene.run(
             method=arguments.method,
             control_period=arguments.control_period,
+            record_every=arguments.record_every,
             progress=sys.stderr.isatty() and scene.duration > PATIENCE,
         )
     except (ValueError, TypeError) as error:
         raise Refused(error) from error
-    print(_report(run, arguments))
-    if arguments.plot is not None:
-        _files.picture(arguments.plot, run.plot())
-        print(f"picture     {arguments.plot}")
-    if arguments.save is not None:
-        _files.replace(arguments.save, run.save)
-        print(f"record      {arguments.save}")
-    return {"finished": 0, "diverged": FAILED, "interrupted": STOPPED}[run.status.kind]
+    say(_report(run, arguments))
+    if not len(run.t):
+        return tell("nothing was recorded, and nothing is written", FAILED)
+    _write(run, {"picture": arguments.plot, "record": arguments.save})
+    return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)
+
+
+def _write(run: Run, files: dict[str, Path | None]) -> None:
+    written: list[str] = []
+    for kind, path in files.items():
+        if path is None:
+            continue
+        try:
+            if kind == "picture":
+                run.plot().savefig(path)
+            else:
+                run.save(path)
+        except KeyboardInterrupt:
+            kept = f"; kept: {', '.join(written)}" if written else ""
+            raise KeyboardInterrupt(f"{path} was not written{kept}") from None
+        written.append(str(path))
+        say(f"{kind:12}{path}")
 
 
 PATIENCE = 200.0
@@ -197,8 +230,10 @@ METRICS = {
 def _report(run: Run, arguments: argparse.Namespace) -> str:
     """What happened, in lines."""
     lines = [f"scene       {_scene(arguments)}", f"status      {run.status}"]
-    if run.status.kind == "diverged":
+    if run.status.kind == "diverged" and "dt = " not in run.status.reason:
         lines += [f"            {_why(arguments)}"]
+    if not len(run.t):
+        return "\n".join(lines)
     end = float(run.t[-1])
     late, whole = run.metrics((end / 2, end)), run.metrics()
     joints = "".join(f"{f'joint {joint + 1}':>13}" for joint in range(run.joints))

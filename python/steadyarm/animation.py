@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import errno
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from subprocess import CalledProcessError
 from typing import Any
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
-from . import _core
+from . import _core, _files
 from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
 from .run import Run
 
@@ -36,7 +40,8 @@ def save_animation(
     """Write the film of a run to ``path``: ``.gif``, or ``.mp4`` where ffmpeg is installed.
 
     ``arm`` gives the kinematics: a `TwoLink` or a `Serial`. ``speed`` 2 shows two seconds of the
-    run in one second; ``progress`` shows a bar. Returns the path.
+    run in one second; ``progress`` shows a bar. Returns the path. The file is replaced as a whole:
+    if filming fails or is stopped, what was there stays. Raises OSError if it cannot be written.
     """
     path = Path(path)
     writer = _writer(path, fps)
@@ -44,10 +49,14 @@ def save_animation(
         raise ValueError(f"speed: got {speed}, wants a number > 0")
     points = joint_points(arm)
     film = _Film(run, points, _frames(run, speed, fps))
-    with writer.saving(film.picture, str(path), dpi=0.6 * DPI):
-        for frame in tqdm(range(len(film.frames)), desc=path.name, disable=not progress):
-            film.draw(frame)
-            writer.grab_frame()
+
+    def write(part: Path) -> None:
+        with _shooting(writer, film.picture, part):
+            for frame in tqdm(range(len(film.frames)), desc=path.name, disable=not progress):
+                film.draw(frame)
+                writer.grab_frame()
+
+    _files.replace(path, write)
     return path
 
 
@@ -142,10 +151,37 @@ def _frames(run: Run, speed: float, fps: int) -> NDArray[np.intp]:
     return rows
 
 
+@contextmanager
+def _shooting(writer: AbstractMovieWriter, picture: Picture, part: Path) -> Iterator[None]:
+    """Frames that are grabbed herein make the film; what ffmpeg complains of is an OSError.
+
+    Unlike `AbstractMovieWriter.saving`, what stops the frames is what is raised, and no film is
+    made of those that there are.
+    """
+    try:
+        with rc_context({"savefig.bbox": None}):  # "tight" would give each frame its own size
+            writer.setup(picture, str(part), dpi=0.6 * DPI)
+            try:
+                yield
+            except BrokenPipeError:
+                writer.finish()  # ffmpeg has gone, and this tells why
+                raise
+            except BaseException:
+                if isinstance(writer, FFMpegWriter):
+                    with suppress(CalledProcessError):
+                        writer.finish()
+                raise
+            writer.finish()
+    except CalledProcessError as error:
+        said = (error.stderr or "").strip().splitlines()
+        why = said[-1] if said else f"ended with exit code {error.returncode}"
+        raise OSError(errno.EIO, f"ffmpeg: {why}") from error
+
+
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
-    if path.suffix == ".gif":
+    if path.suffix.lower() == ".gif":
         return PillowWriter(fps=fps)
-    if path.suffix == ".mp4":
+    if path.suffix.lower() == ".mp4":
         if FFMpegWriter.isAvailable():
             return FFMpegWriter(fps=fps)
         raise RuntimeError(f"{path}: an .mp4 wants ffmpeg, which is not installed; use .gif")

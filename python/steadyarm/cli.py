@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import __version__, _files, reproduction
+from . import __version__, _files, _streams, reproduction
 from ._design import add_design
-from ._options import FAILED, STOPPED, USAGE, Refused, command, picture
+from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
 from ._simulate import add_simulate
+from ._streams import say, tell
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -61,37 +61,35 @@ blew up), 2 arguments that make no sense, 130 stopped with Ctrl-C.
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
+    _streams.prepare()
+    try:
+        code = _run(argv)
+        _streams.finish()
+    except OSError as error:
+        file = error.filename or "the output"
+        return tell(f"cannot write {file}: {error.strerror or error}", FAILED)
+    except Refused as error:
+        return tell(str(error), USAGE)
+    except KeyboardInterrupt as error:
+        return tell(f"stopped; {str(error) or 'nothing was written'}", STOPPED)
+    return code
+
+
+def _run(argv: Sequence[str] | None) -> int:
     parser = _parser()
-    arguments = parser.parse_args(argv)
+    try:
+        arguments = parser.parse_args(argv)
+    except SystemExit as stop:  # after a help, or what is wrong with the arguments
+        return int(stop.code or 0)
     if arguments.run is None:
         parser.print_help()
         return USAGE
-    try:
-        code: int = arguments.run(arguments)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return FAILED
-    except OSError as error:
-        file = error.filename or "the output"
-        return _complain(f"cannot write {file}: {error.strerror or error}", FAILED)
-    except Refused as error:
-        return _complain(str(error), USAGE)
-    except KeyboardInterrupt as error:
-        return _complain(f"stopped; {str(error) or 'nothing was written'}", STOPPED)
+    code: int = arguments.run(arguments)
     return code
 
 
-def _complain(message: str, code: int) -> int:
-    print(f"steadyarm: {message}", file=sys.stderr)
-    return code
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def _parser() -> Parser:
+    parser = Parser(
         prog="steadyarm",
         description=DESCRIPTION,
         epilog=EPILOG,
@@ -153,6 +151,7 @@ def _reproduce(arguments: argparse.Namespace) -> int:
 
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
+    check_files(out / "results.json")
     rows: list[reproduction.Row] = []
     drawn: dict[str, Run] = {}
     written: list[str] = []
@@ -164,11 +163,11 @@ def _reproduce(arguments: argparse.Namespace) -> int:
             rows.append(case.row(run))
             if case.name in FIGURES:
                 name, title = FIGURES[case.name]
-                _files.picture(out / name, plots.paper_figure(run, title))
+                plots.paper_figure(run, title).savefig(out / name)
                 written.append(name)
                 drawn[case.name] = run
         drawn = {name: drawn[name] for name in FIGURES}
-        _files.picture(out / "errors.png", plots.errors(drawn))
+        plots.errors(drawn).savefig(out / "errors.png")
         written.append("errors.png")
         _files.text(out / "results.json", json.dumps(rows, indent=2, allow_nan=False) + "\n")
         written.append("results.json")
@@ -178,16 +177,16 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         kept = f"kept in {out}: {', '.join(sorted(written))}"
         missing = "" if "results.json" in written else "; results.json was not written"
         raise KeyboardInterrupt(kept + missing) from None
-    print(reproduction.table(rows))
-    print(f"\n{reproduction.verdict(rows)}")
-    print(f"\nPictures and numbers are in {out}: {', '.join(sorted(written))}")
+    say(reproduction.table(rows))
+    say(f"\n{reproduction.verdict(rows)}")
+    say(f"\nPictures and numbers are in {out}: {', '.join(sorted(written))}")
     return 0
 
 
 def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
     """The cases, with a progress bar on a terminal."""
     if not sys.stderr.isatty():
-        print(f"running {len(cases)} simulations of 40 s", file=sys.stderr)
+        tell(f"running {len(cases)} simulations of 40 s")
         yield from cases
         return
     from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
@@ -213,21 +212,22 @@ def _add_approximate(commands: Commands) -> None:
 
 
 def _approximate(arguments: argparse.Namespace) -> int:
+    check_files(arguments.out)
     rows = []
-    print("  rules   largest error")
+    say("  rules   largest error")
     for rules, error in reproduction.approximation():
-        print(f"{rules:7}   {error:13.3g}", flush=True)
+        say(f"{rules:7}   {error:13.3g}")
         rows.append((rules, error))
     first, last = rows[0], rows[-1]
-    print(
+    say(
         f"\n{last[0] / first[0]:.0f} times the rules, {first[1] / last[1]:.0f} times less error "
         "(g reaches from -1 to 1, its unit is 1)."
     )
     if arguments.out is not None:
         from . import plots
 
-        _files.picture(arguments.out, plots.approximation(rows))
-        print(f"The picture is {arguments.out}")
+        plots.approximation(rows).savefig(arguments.out)
+        say(f"The picture is {arguments.out}")
     return 0
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from io import BytesIO
+from os import PathLike
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -18,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
+from . import _files
 from .run import Run
 
 BLUE, ORANGE, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9"
@@ -39,6 +42,20 @@ class Picture(Figure):
     def __init__(self, width: float, height: float) -> None:
         super().__init__(figsize=(width, height), dpi=DPI, layout="constrained")
         self.get_layout_engine().set(w_pad=0.08, h_pad=0.06)  # type: ignore[union-attr, call-arg]
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Write the picture, as any matplotlib figure does; a file is replaced as a whole."""
+        if not isinstance(fname, str | PathLike):
+            super().savefig(fname, **options)
+            return
+        path = Path(fname)
+        form = options.pop("format", None) or path.suffix[1:].lower()
+        if not form:
+            form = matplotlib.rcParams["savefig.format"]
+            path = path.with_name(f"{path.name}.{form}")
+        drawn = BytesIO()
+        super().savefig(drawn, format=form, **options)
+        _files.content(path, drawn.getvalue())
 
     def _repr_png_(self) -> bytes:
         """The picture, for notebooks."""
@@ -241,6 +258,8 @@ def _frame(axes: Axes) -> None:
 
 def _late_rms(run: Run, joint: int) -> str:
     """RMS of the error over the second half; why there is none, if the run did not finish."""
+    if run.status.kind == "unresolved":
+        return run.status.kind
     if not run.status.finished:
         return f"{run.status.kind} at {run.status.t:.4g} s"
     late = run.e[run.t >= 0.5 * (run.t[0] + run.t[-1]), joint]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,16 +10,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, _files
+from . import _core
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-
-FORMAT = 2
-"""Version of the files that `Run.save` writes."""
-
 
 DESIRED = ("q_d", "dq_d", "ddq_d", "e", "de")
 """Arrays that a record of the motion alone has when they are first asked for."""
@@ -31,20 +26,27 @@ TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 
 @dataclass(frozen=True)
 class Status:
-    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it did not finish."""
+    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it is not plainly finished.
 
-    kind: Literal["finished", "diverged", "interrupted"]
+    A run that is "unresolved" reached its duration in steps that were too long for the motion, for a
+    stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too long
+    for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
+    """
+
+    kind: Literal["finished", "unresolved", "diverged", "interrupted"]
     t: float
     reason: str = ""
 
     @property
     def finished(self) -> bool:
-        """Whether the run reached its duration."""
+        """Whether the run reached its duration, in steps that followed the motion."""
         return self.kind == "finished"
 
     def __str__(self) -> str:
         if self.finished:
             return "finished"
+        if self.kind == "unresolved":
+            return f"finished, but not resolved: {self.reason}"
         return f"{self.kind} at t = {self.t:.6g} s because {self.reason}"
 
 
@@ -217,7 +219,8 @@ class Run:
     def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
         """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.
 
-        ``speed`` 2 shows two seconds of the run in one. The film takes some seconds to draw.
+        ``speed`` 2 shows two seconds of the run in one. The film takes some seconds to draw; the
+        file is replaced as a whole, and what was there stays if filming fails or is stopped.
         """
         from . import animation
 
@@ -226,72 +229,22 @@ class Run:
     def save(self, path: str | Path) -> None:
         """Write the run to ``path`` (.npz); `load` reads it back.
 
-        The file is replaced as a whole: if writing fails, what was there stays.
+        The file is replaced as a whole: if writing fails or is stopped, what was there stays.
+        Raises OSError then, and ValueError for a run that `load` would refuse.
         """
-        arrays: dict[str, Any] = {
-            name: value
-            for name in self.__dataclass_fields__
-            if isinstance(value := getattr(self, name), np.ndarray)
-        }
-        meta = {
-            "format": FORMAT,
-            "arrays": sorted(arrays),
-            "status": asdict(self.status),
-            "certificate": None if self.certificate is None else asdict(self.certificate),
-            "dictionary": None
-            if self.dictionary is None
-            else self.dictionary | {"error_bound": self.dictionary["error_bound"].tolist()},
-        }
+        from . import _run_file
 
-        def write(path: Path) -> None:
-            with path.open("wb") as file:
-                np.savez_compressed(file, meta=np.array(json.dumps(meta)), **arrays)
-
-        _files.replace(Path(path), write)
+        _run_file.save(self, path)
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
-        """Read a run that `save` wrote. Raises ValueError for any other file, or a damaged one."""
-        with Path(path).open("rb") as file:
-            try:
-                with np.load(file, allow_pickle=False) as archive:
-                    arrays = {name: archive[name] for name in archive.files}
-                meta = json.loads(str(arrays.pop("meta")))
-                if meta["format"] != FORMAT:
-                    raise ValueError(f"format {meta['format']}, wants {FORMAT}")
-                if sorted(arrays) != meta["arrays"]:
-                    raise ValueError(f"arrays {sorted(arrays)}, wants {meta['arrays']}")
-                certificate = meta["certificate"]
-                for name in ("weights", "weights_norm", "V"):
-                    arrays.setdefault(name, None)
-                run = cls(
-                    **arrays,
-                    status=Status(**meta["status"]),
-                    certificate=None if certificate is None else Certificate(**certificate),
-                    dictionary=_dictionary(meta.get("dictionary"), arrays["q"].shape[-1]),
-                )
-                run._check()
-            except Exception as error:
-                message = f"path: got {path}, wants a file from Run.save ({error})"
-                raise ValueError(message) from error
-        return run
+        """Read a run that `save` wrote. Raises ValueError for any other file, or a damaged one.
 
-    def _check(self) -> None:
-        """Refuse arrays whose type or shape no simulation could have given."""
-        rows, joints = len(self.t), self.q.shape[-1]
-        if len(self.tau) not in (0, rows):
-            raise ValueError(f"tau: {len(self.tau)} rows, wants {rows}")
-        for field in fields(self):
-            array = getattr(self, field.name)
-            if array is None or field.name in ("status", "certificate", "dictionary"):
-                continue
-            flat = field.name in ("t", "weights_norm", "V")
-            recorded = len(self.tau) if field.name in TORQUES else rows
-            wanted = (rows,) if flat else (recorded, joints)
-            if field.name == "weights":
-                wanted = (joints, array.shape[-1])
-            if array.dtype != np.float64 or array.shape != wanted:
-                raise ValueError(f"{field.name}: {array.dtype} {array.shape}, wants {wanted}")
+        Names, sizes and shapes are looked at before anything of that size is read.
+        """
+        from . import _run_file
+
+        return _run_file.load(path)
 
     def __repr__(self) -> str:
         rows = len(self.t)
@@ -300,19 +253,3 @@ class Run:
             return f"Run({rows} rows of {self.joints} joints, {self.status})"
         atoms = f"{kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
         return f"Run({rows} rows of {self.joints} joints, {self.status}, {atoms})"
-
-
-def _dictionary(saved: dict[str, Any] | None, joints: int) -> _core._Dictionary | None:
-    """The figures of a dictionary from a file."""
-    if saved is None:
-        return None
-    error_bound = np.array(saved["error_bound"], dtype=np.float64)
-    if error_bound.shape != (joints,):
-        raise ValueError(f"error_bound: {error_bound.shape}, wants ({joints},)")
-    return {
-        "atoms": int(saved["atoms"]),
-        "capacity": int(saved["capacity"]),
-        "merged": int(saved["merged"]),
-        "dropped": int(saved["dropped"]),
-        "error_bound": error_bound,
-    }

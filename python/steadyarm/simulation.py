@@ -56,7 +56,8 @@ def simulate(
         torque is held. A tracker with an ``effort_rate_limit`` needs one.
     q0, dq0: initial position [rad] and velocity [rad/s], zero by default.
     rtol, atol: tolerances of "dp54".
-    record_every: record every so many steps only.
+    record_every: record every so many steps only. A row takes 8 (12 n + 3) bytes, 8 (2 n + 1) of
+        the motion alone; a record of more than 2 GiB is refused before the run, with its size.
     record: "all" signals, or only the "motion": t, q, dq. The set-points (q_d, dq_d, ddq_d) and
         errors (e, de) are then computed when one of them is first asked for: the reference is
         called again at the times of the rows. The arrays of the other signals are empty. It saves

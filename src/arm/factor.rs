@@ -80,7 +80,8 @@ mod tests {
     /// A positive definite matrix of the kind that a wrist gives: entries over five decades.
     fn mass() -> Matrix<5> {
         let scale = [2.0, 1.0, 0.1, 1e-3, 1e-5_f64];
-        let a = Matrix::<5>::from_fn(|i, j| f64::from(u8::from(i == j)) + 0.1 * (i * j) as f64 - 0.2);
+        let a =
+            Matrix::<5>::from_fn(|i, j| f64::from(u8::from(i == j)) + 0.1 * (i * j) as f64 - 0.2);
         let a = a * a.transpose() + Matrix::<5>::identity();
         Matrix::<5>::from_fn(|i, j| a[(i, j)] * libm::sqrt(scale[i] * scale[j]))
     }

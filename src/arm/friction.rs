@@ -91,7 +91,7 @@ impl JointFriction {
             return (viscous, self.viscous);
         }
         let (step, rise) = if self.smoothing > 0.0 {
-            let step = tanh(dq / self.smoothing);
+            let step = nearly_tanh(dq / self.smoothing);
             (step, (1.0 - step * step) / self.smoothing)
         } else {
             (sign, 0.0)
@@ -99,7 +99,8 @@ impl JointFriction {
         let dry = self.dry(step < 0.0, dq);
         let mut slope = self.viscous + dry * rise;
         if self.stribeck != 0.0 {
-            slope -= step * self.excess(dq) * 2.0 * dq / (self.stribeck_speed * self.stribeck_speed);
+            slope -=
+                step * self.excess(dq) * 2.0 * dq / (self.stribeck_speed * self.stribeck_speed);
         }
         (viscous + dry * step, slope)
     }
@@ -115,7 +116,8 @@ impl JointFriction {
     /// `None` if the friction is smooth, and the joint never quite at rest.
     #[inline]
     pub fn hold(&self) -> Option<[f64; 2]> {
-        (self.smoothing == 0.0 && !self.is_viscous()).then(|| self.coulomb.map(|c| c + self.stribeck))
+        (self.smoothing == 0.0 && !self.is_viscous())
+            .then(|| self.coulomb.map(|c| c + self.stribeck))
     }
 
     /// c± + stribeck · exp(−(q̇/stribeck_speed)²) of one direction [N·m].
@@ -148,13 +150,25 @@ impl JointFriction {
     #[inline]
     fn step(&self, dq: f64) -> f64 {
         if self.smoothing > 0.0 {
-            tanh(dq / self.smoothing)
+            smooth_sign(dq / self.smoothing)
         } else if dq == 0.0 {
             0.0
         } else {
             dq.signum()
         }
     }
+}
+
+/// tanh x, which is ±1 beyond 22 to the last bit.
+#[inline]
+fn smooth_sign(x: f64) -> f64 {
+    if x.abs() > 22.0 { x.signum() } else { tanh(x) }
+}
+
+/// tanh x to 2e-16, in half the time: good where the error counts beside 1, as in a torque, and not beside x.
+#[inline]
+fn nearly_tanh(x: f64) -> f64 {
+    if x.abs() > 22.0 { x.signum() } else { 1.0 - 2.0 / (exp(2.0 * x) + 1.0) }
 }
 
 /// The same refusal, with the joint as its place.

@@ -17,7 +17,9 @@ const MOST_CUTS: usize = 6;
 /// A step overshoots if the slope along it ends higher than this share of how low it began.
 const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
-const PRECISION: f64 = 1e-9;
+const PRECISION: f64 = 1e-8;
+/// After a step that is smaller than this, relative to the same, Newton's method is within that precision: it squares it.
+const LAST_STEP: f64 = 1e-4;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
 /// Less than this share of the joint's inertia is no friction worth another factor.
@@ -37,10 +39,11 @@ pub(crate) struct Implicit<'a, const N: usize> {
     pub place: &'a Vector<N>,
 }
 
-/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), g and its slope.
+/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), M (V − W), g and its slope.
 struct Trial<const N: usize> {
     v: Vector<N>,
     sign: Vector<N>,
+    push: Vector<N>,
     torque: Vector<N>,
     slope: Vector<N>,
 }
@@ -49,18 +52,23 @@ impl<const N: usize> Implicit<'_, N> {
     /// V for the velocities `free` = W, from a first guess, and whether it was found.
     pub fn solve(&self, free: &Vector<N>, guess: &Vector<N>) -> (Vector<N>, bool) {
         let hold = core::array::from_fn(|i| self.laws[i].hold());
+        let smooth = hold.iter().all(Option::is_none);
         let sign = guess.map(|v| if v == 0.0 { 0.0 } else { v.signum() });
-        let mut at = Trial { v: *guess, sign, torque: Vector::zeros(), slope: Vector::zeros() };
+        let push = self.mass * (guess - free);
+        let (torque, slope) = (Vector::zeros(), Vector::zeros());
+        let mut at = Trial { v: *guess, sign, push, torque, slope };
         self.evaluate(&mut at);
         for _ in 0..MOST_STEPS {
-            let push = self.mass * (at.v - free);
             let sticks: [bool; N] =
                 core::array::from_fn(|i| at.sign[i] == 0.0 && hold[i].is_some());
-            let rest = Vector::from_fn(|i, _| {
-                if sticks[i] { 0.0 } else { push[i] + self.h * at.torque[i] }
-            });
+            let rest =
+                Vector::from_fn(
+                    |i, _| {
+                        if sticks[i] { 0.0 } else { at.push[i] + self.h * at.torque[i] }
+                    },
+                );
             if self.is_small(&at, &rest) {
-                let Some((i, sign)) = self.breaks_away(&at, &push, &hold) else {
+                let Some((i, sign)) = self.breaks_away(&at, &hold) else {
                     return (at.v, true);
                 };
                 at.sign[i] = sign;
@@ -68,10 +76,14 @@ impl<const N: usize> Implicit<'_, N> {
                 continue;
             }
             let step = self.newton(&at, &rest, &sticks);
+            if smooth && (0..N).all(|i| step[i].abs() <= LAST_STEP * self.speed(&at, i)) {
+                return (at.v + step, true);
+            }
             match first_to_rest(&at, &step, &hold) {
-                (_, None) => self.walk(&mut at, &push, &rest, &step),
+                (_, None) => self.walk(&mut at, &rest, &step),
                 (share, Some(i)) => {
                     at.v += step * share;
+                    at.push += self.mass * step * share;
                     (at.v[i], at.sign[i]) = (0.0, 0.0);
                     self.evaluate(&mut at);
                 }
@@ -90,16 +102,11 @@ impl<const N: usize> Implicit<'_, N> {
     }
 
     /// The joint whose λ is furthest beyond what holds it, relative to that, and the direction in which it breaks away.
-    fn breaks_away(
-        &self,
-        at: &Trial<N>,
-        push: &Vector<N>,
-        hold: &[Option<[f64; 2]>; N],
-    ) -> Option<(usize, f64)> {
+    fn breaks_away(&self, at: &Trial<N>, hold: &[Option<[f64; 2]>; N]) -> Option<(usize, f64)> {
         let (mut furthest, mut found) = (ABOVE_ROUNDING, None);
         for i in 0..N {
             let Some([up, down]) = hold[i].filter(|_| at.sign[i] == 0.0) else { continue };
-            let lambda = -push[i] / self.h;
+            let lambda = -at.push[i] / self.h;
             let (sign, beyond) =
                 if lambda > 0.0 { (1.0, lambda / up) } else { (-1.0, -lambda / down) };
             if beyond > furthest {
@@ -111,17 +118,20 @@ impl<const N: usize> Implicit<'_, N> {
 
     fn is_small(&self, at: &Trial<N>, rest: &Vector<N>) -> bool {
         (0..N).all(|i| {
-            let smoothing = self.laws[i].friction.smoothing;
-            let speed = at.v[i].abs() + if smoothing > 0.0 { smoothing } else { SLOW };
             let steep = self.mass[(i, i)] + self.h * at.slope[i];
-            rest[i].abs() <= PRECISION * steep * speed
+            rest[i].abs() <= PRECISION * steep * self.speed(at, i)
         })
+    }
+
+    /// The speed that counts for the precision of a joint's velocity [rad/s].
+    fn speed(&self, at: &Trial<N>, i: usize) -> f64 {
+        let smoothing = self.laws[i].friction.smoothing;
+        at.v[i].abs() + if smoothing > 0.0 { smoothing } else { SLOW }
     }
 
     /// −(M + h D)⁻¹ rest, where joints that stick do not move.
     fn newton(&self, at: &Trial<N>, rest: &Vector<N>, sticks: &[bool; N]) -> Vector<N> {
-        let smooth =
-            |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
+        let smooth = |i: usize| !sticks[i] && self.h * at.slope[i] < NEGLIGIBLE * self.mass[(i, i)];
         if (0..N).all(smooth) {
             return -self.factor.solve(rest);
         }
@@ -140,19 +150,18 @@ impl<const N: usize> Implicit<'_, N> {
 
     /// Goes along `step`, less far if that overshoots the minimum.
     #[inline]
-    fn walk(&self, at: &mut Trial<N>, push: &Vector<N>, rest: &Vector<N>, step: &Vector<N>) {
-        let (from, before, more) = (at.v, step.dot(rest), self.mass * step);
+    fn walk(&self, at: &mut Trial<N>, rest: &Vector<N>, step: &Vector<N>) {
+        let (from, push) = (at.v, at.push);
+        let (before, more) = (step.dot(rest), self.mass * step);
         let mut share = 1.0;
-        at.v += step;
-        self.evaluate(at);
-        for _ in 0..MOST_CUTS {
-            let slope = step.dot(&(push + more * share + at.torque * self.h));
-            if slope <= OVERSHOOT * before.abs() {
+        for cut in 0..=MOST_CUTS {
+            (at.v, at.push) = (from + step * share, push + more * share);
+            self.evaluate(at);
+            let slope = step.dot(&(at.push + at.torque * self.h));
+            if cut == MOST_CUTS || slope <= OVERSHOOT * before.abs() {
                 break;
             }
             share *= before / (before - slope);
-            at.v = from + step * share;
-            self.evaluate(at);
         }
     }
 }

@@ -20,7 +20,8 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
     basis: PyFuzzyBasis,
-    approximator: FuzzyApproximator,
+    /// In a box: its tables stand in whole cache lines, and Python places objects at multiples of 16 bytes.
+    approximator: Box<FuzzyApproximator>,
 }
 
 #[pymethods]
@@ -48,7 +49,7 @@ impl PyFuzzyApproximator {
         let rules = basis.over(inputs)?;
         let approximator =
             FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
-        Ok(Self { basis, approximator })
+        Ok(Self { basis, approximator: approximator.into() })
     }
 
     /// y(x) = W ξ(x) over this many inputs with known weights (outputs, rules).
@@ -62,7 +63,7 @@ impl PyFuzzyApproximator {
             return Err(wrong_shape("weights", &[outputs, columns], &wanted));
         }
         let approximator = FuzzyApproximator::from_weights(rules, weights).map_err(value_error)?;
-        Ok(Self { basis, approximator })
+        Ok(Self { basis, approximator: approximator.into() })
     }
 
     /// W, (outputs, rules).

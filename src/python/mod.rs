@@ -36,6 +36,21 @@ pyo3::create_exception!(
     "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
 );
 
+/// Python places objects at multiples of 16 bytes: what wants more has to stand in a box.
+const fn fits_python<T>() -> bool {
+    align_of::<T>() <= 16
+}
+
+const _: () = {
+    assert!(fits_python::<arm::PyTwoLink>() && fits_python::<serial::PySerial>());
+    assert!(fits_python::<basis::PyFuzzyBasis>() && fits_python::<riccati::PySolution>());
+    assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
+    assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
+    assert!(fits_python::<signals::PySines>() && fits_python::<signals::PyQuintic>());
+    assert!(fits_python::<signals::PyTable>() && fits_python::<simulate::PyPlant>());
+    assert!(fits_python::<tracker::PyComputedTorque>());
+};
+
 /// The core's error as a Python exception.
 fn value_error(error: Error) -> PyErr {
     let Error::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error else {
@@ -60,6 +75,9 @@ fn read_error(error: ReadError) -> PyErr {
 #[pymodule]
 #[pyo3(name = "_core")]
 mod core_module {
+    #[pymodule_export]
+    const MAX_RECORD_BYTES: u64 = crate::sim::MAX_RECORD_BYTES;
+
     #[pymodule_export]
     use super::NoStabilizingSolution;
     #[pymodule_export]

@@ -1,52 +1,34 @@
-//! Files: written as a whole or not at all, read up to a limit.
+//! Files: written by the one writer of the Python package, and read by its reader.
 
-use std::fs::{self, File};
-use std::io::{Error, Read, Write};
+use std::fs;
 use std::path::Path;
 
-use pyo3::exceptions::{PyOSError, PyValueError};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
+use pyo3::types::PyBytes;
 
 /// No state is larger: two matrices of 2^20 rules for eight joints, and a header [bytes].
 const MAX_BYTES: u64 = (1 << 27) + (1 << 20);
 
-/// Replaces the file by these bytes; what was there stays if that fails.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> PyResult<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = File::create(&temporary).and_then(|mut file| {
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        fs::rename(&temporary, path)
-    });
-    written.map_err(|error| {
-        // The file may not even exist; the first error is the one to tell.
-        let _ = fs::remove_file(&temporary);
-        os_error(&error, path)
-    })
+/// Replaces the file by these bytes: whole or not at all.
+pub(super) fn write(path: &Path, bytes: &Bound<'_, PyBytes>) -> PyResult<()> {
+    files(bytes.py())?.call_method1("content", (path, bytes)).map(drop)
 }
 
 /// The bytes of a file.
-pub(super) fn read(path: &Path) -> PyResult<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let file = File::open(path).map_err(|error| os_error(&error, path))?;
-    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(|error| os_error(&error, path))?;
-    if bytes.len() as u64 > MAX_BYTES {
-        let path = path.display();
-        let message = format!("path: got {path}, wants a file of at most {MAX_BYTES} bytes");
-        return Err(PyValueError::new_err(message));
-    }
-    Ok(bytes)
+pub(super) fn read<'py>(py: Python<'py>, path: &Path) -> PyResult<Bound<'py, PyBytes>> {
+    Ok(files(py)?.call_method1("read", (path, MAX_BYTES))?.cast_into()?)
 }
 
-/// Refuses a path that leads nowhere.
+fn files(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
+    py.import("steadyarm._files")
+}
+
+/// Refuses a path that leads nowhere: `OSError` with number, text and path, of which Python makes the class, such as
+/// `FileNotFoundError`.
 pub(super) fn exists(path: &Path) -> PyResult<()> {
-    fs::metadata(path).map(drop).map_err(|error| os_error(&error, path))
-}
-
-/// `OSError` with number, text and path: Python picks the class, such as `FileNotFoundError`.
-fn os_error(error: &Error, path: &Path) -> PyErr {
-    let path = path.to_path_buf();
-    PyOSError::new_err((error.raw_os_error().unwrap_or(0), error.to_string(), path))
+    fs::metadata(path).map(drop).map_err(|error| {
+        let path = path.to_path_buf();
+        PyOSError::new_err((error.raw_os_error().unwrap_or(0), error.to_string(), path))
+    })
 }

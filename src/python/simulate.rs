@@ -76,7 +76,8 @@ impl PyPlant {
         array1(py, self.planted.effort_limit())
     }
 
-    /// Move on by dt [s] from time t [s] under the held torque tau [N·m] (one step of RK4): (q, dq) at t + dt.
+    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One step of RK4, with friction
+    /// and stops solved for where RK4 would be unstable.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -264,7 +265,7 @@ pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
 
 fn ended<const N: usize>(run: &Run<N>) -> f64 {
     match run.status {
-        Status::Finished => run.t.last().copied().unwrap_or(0.0),
+        Status::Finished | Status::Unresolved(_) => run.t.last().copied().unwrap_or(0.0),
         Status::Interrupted { t } | Status::Diverged { t, .. } => t,
     }
 }
@@ -285,7 +286,11 @@ fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'
     let (kind, reason) = match run.status {
         Status::Finished => ("finished", String::new()),
         Status::Interrupted { .. } => ("interrupted", "it was stopped from the keyboard".into()),
-        Status::Diverged { cause, .. } => ("diverged", cause.to_string()),
+        Status::Unresolved(doubt) => ("unresolved", doubt.to_string()),
+        Status::Diverged { cause, doubt: None, .. } => ("diverged", cause.to_string()),
+        Status::Diverged { cause, doubt: Some(doubt), .. } => {
+            ("diverged", format!("{cause}; before that, {doubt}"))
+        }
     };
     let status = (kind, ended(&run), reason);
     let matrices = [

@@ -222,15 +222,17 @@ impl PyComputedTorque {
     }
 
     /// Write what the controller remembers (weights, last torque, steps) to a file, which is replaced as a whole.
-    fn save(&self, path: PathBuf) -> PyResult<()> {
-        saving::write(&path, &self.tracked.saved())
+    fn save(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
+        // Not borrowed while the disk is waited for: other threads may step it.
+        let saved = slf.try_borrow()?.__getstate__(slf.py());
+        saving::write(&path, &saved)
     }
 
     /// Read what `save` wrote; the next torques are then the same to the bit. Raises ValueError, with nothing changed,
     /// for a damaged file or one of another controller.
-    fn load(&mut self, path: PathBuf) -> PyResult<()> {
-        let bytes = saving::read(&path)?;
-        self.restore(&bytes).map_err(|error| {
+    fn load(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
+        let bytes = saving::read(slf.py(), &path)?;
+        slf.try_borrow_mut()?.restore(bytes.as_bytes()).map_err(|error| {
             let path = path.display();
             PyValueError::new_err(format!(
                 "path: got {path}, wants a file of this controller ({error})"

@@ -67,7 +67,8 @@ pub(super) fn attempt_stiff<const N: usize>(
         let Moved { motion, error, lost } = step(h, end);
         let size = |i: usize| start.q[i].abs().max(motion.q[i].abs());
         let scaled = |i: usize| error[i].abs() / (tolerance.atol + tolerance.rtol * size(i));
-        let largest = (0..N).map(scaled).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
+        let largest =
+            (0..N).map(scaled).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
         (motion, if lost == Some(Lost::Friction) { f64::INFINITY } else { largest })
     })
 }
@@ -83,8 +84,7 @@ fn until_accepted<const N: usize>(
         let last = t + h >= end;
         let (step, end) = if last { (end - t, end) } else { (h, t + h) };
         let (motion, error) = trial(step, end);
-        let factor =
-            (SAFETY * exp(law.power * ln(error))).clamp(MIN_FACTOR, law.max_factor);
+        let factor = (SAFETY * exp(law.power * ln(error))).clamp(MIN_FACTOR, law.max_factor);
         if error <= 1.0 {
             return Some(Accepted { motion, h: step, end, next_h: h.max(step) * factor });
         }

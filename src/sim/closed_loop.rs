@@ -140,7 +140,7 @@ where
             posed.acceleration(arm, (q, dq), net)
         });
         self.evaluation = Some(evaluation);
-        if !stiff::beyond_rk4(&posed.factor, &laws, h) {
+        if !stiff::beyond_rk4(&posed, &laws, h) {
             return Start { ddq, stiff: None };
         }
         let Command { model, compensation, .. } = evaluation.command;
@@ -206,8 +206,8 @@ where
         if command.limited || applied != command.tau {
             self.controller.compensator.hold(state, stage.index);
         }
-        let tau_d = disturbance
-            .unwrap_or_else(|| self.plant.disturbance.torque(&motion.q, &motion.dq, t));
+        let tau_d =
+            disturbance.unwrap_or_else(|| self.plant.disturbance.torque(&motion.q, &motion.dq, t));
         let ddq = accelerate(&(applied - tau_d));
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);

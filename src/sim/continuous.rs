@@ -108,7 +108,15 @@ where
         }
         let here = (t, h, end);
         let accepted = if start.is_stiff() {
-            by_stiff_steps(&mut system, state, &motion, &start, (t, h), (&record, &mut row), tolerance)
+            by_stiff_steps(
+                &mut system,
+                state,
+                &motion,
+                &start,
+                (t, h),
+                (&record, &mut row),
+                tolerance,
+            )
         } else {
             by_dp54(&mut system, state, &motion, &start, here, (&mut record, &mut row), tolerance)
         };

@@ -18,7 +18,7 @@ pub use certificate::Certificate;
 pub use closed_loop::{ClosedLoop, Evaluation, Start};
 pub use integrators::{DP54, DP54_ERROR, Motion, RK4, Rates, Tableau, Tolerance, dp54_dense};
 pub use metrics::{Metrics, Window, metrics};
-pub use options::{Method, Options, Record};
+pub use options::{MAX_RECORD_BYTES, Method, Options, Record};
 pub use resolution::{Coarse, Doubt};
 pub use run::{Cause, Run, Status};
 pub use sampled::hold_torque;

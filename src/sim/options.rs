@@ -4,8 +4,11 @@ use super::integrators::Tolerance;
 use crate::control::check_period;
 use crate::error::{Error, Result, finite, positive, within};
 
-/// A run has at most this many steps; its arrays would not fit memory.
+/// A run has at most this many steps.
 const MAX_STEPS: f64 = 1e8;
+
+/// A record takes at most this much memory [bytes]. A larger one is refused before the run.
+pub const MAX_RECORD_BYTES: u64 = 1 << 31;
 
 /// How far a ratio of times may be from a whole number.
 const WHOLE_TOL: f64 = 1e-6;
@@ -49,6 +52,17 @@ pub struct Options<const N: usize> {
     pub record_every: usize,
     /// Which signals enter the record.
     pub record: Record,
+}
+
+impl Record {
+    /// What a row takes at most, of `joints` joints: the time and 2 or 12 vectors, |W − W₀| and V [bytes].
+    pub(super) fn row_bytes(self, joints: usize) -> usize {
+        let (scalars, vectors) = match self {
+            Self::All => (3, 12),
+            Self::Motion => (1, 2),
+        };
+        (scalars + vectors * joints) * size_of::<f64>()
+    }
 }
 
 impl<const N: usize> Default for Options<N> {

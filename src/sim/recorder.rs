@@ -3,7 +3,7 @@
 use super::certificate::Certificate;
 use super::closed_loop::Evaluation;
 use super::integrators::Motion;
-use super::options::{Options, Record};
+use super::options::{MAX_RECORD_BYTES, Options, Record};
 use super::resolution::Resolution;
 use super::run::{Cause, Run, Status};
 use super::stiff::Moved;
@@ -31,17 +31,16 @@ impl<const N: usize> Recorder<N> {
     /// An empty record of rows 0 … `steps`.
     ///
     /// # Errors
-    /// `record_every`: the record does not fit memory.
+    /// `record_every`: the record is larger than [`MAX_RECORD_BYTES`], or than memory.
     pub fn new(steps: usize, options: &Options<N>) -> Result<Self> {
         let every = options.record_every;
-        let run = Run::with_capacity(steps / every + 2, options.record).map_err(|_| {
-            Error::OutOfRange {
-                parameter: "record_every",
-                index: None,
-                got: every as f64,
-                wanted: "a larger number: the record does not fit memory",
-            }
-        })?;
+        let (rows, row_bytes) = (steps.div_ceil(every) + 1, options.record.row_bytes(N));
+        let limit = MAX_RECORD_BYTES;
+        let too_large = Error::RecordTooLarge { every, rows, row_bytes, limit };
+        if rows as u64 > limit / row_bytes as u64 {
+            return Err(too_large);
+        }
+        let run = Run::with_capacity(rows, options.record).map_err(|_| too_large)?;
         let (record, dt) = (options.record, options.dt);
         let resolution = Resolution::new(dt);
         Ok(Self { run, certificate: None, resolution, steps, every, record, dt })

@@ -49,7 +49,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
             return Started::Smooth(self.acceleration(at, t));
         };
         let (posed, net) = (Posed::of(arm, q, dq), self.net(at, t));
-        if beyond_rk4(&posed.factor, laws, h) {
+        if beyond_rk4(&posed, laws, h) {
             Started::Stiff(laws, posed.free(&net))
         } else {
             Started::Smooth(posed.acceleration(arm, (q, dq), &net))

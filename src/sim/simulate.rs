@@ -23,7 +23,8 @@ use crate::reference::Reference;
 ///
 /// # Errors
 /// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the controller acts in
-/// continuous time, where no step bounds the change. `record_every`: the record would not fit memory.
+/// continuous time, where no step bounds the change. `record_every`: the record would take more than
+/// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has.
 pub fn simulate<const N: usize, A, D, B, C, R, S>(
     plant: &Plant<N, A, D>,
     controller: &ComputedTorque<N, B, C>,

@@ -76,12 +76,17 @@ impl<const N: usize> Moved<N> {
 /// Whether a step of `h` [s] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for friction, or `h² kᵢ (M⁻¹)ᵢᵢ > 1`
 /// for a stop. The trace bounds the largest eigenvalue of M⁻¹D.
 pub(super) fn beyond_rk4<const N: usize>(
-    factor: &Factor<N>,
+    Posed { mass, factor, .. }: &Posed<N>,
     laws: &[Resistance; N],
     h: f64,
 ) -> bool {
+    let steepest = laws.each_ref().map(|law| law.friction.steepest());
+    // (M⁻¹)ᵢᵢ is at least 1/Mᵢᵢ.
+    if (0..N).any(|i| h * steepest[i] > MOST_BRAKING * mass[(i, i)]) {
+        return true;
+    }
     let inverse = factor.inverse_diagonal();
-    let braking: f64 = (0..N).map(|i| inverse[i] * laws[i].friction.steepest()).sum();
+    let braking: f64 = (0..N).map(|i| inverse[i] * steepest[i]).sum();
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
 }
 
@@ -125,7 +130,8 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
     let last = Braked { laws, h, start, rates: &rates, braking: &braking };
     let (dq, f, found) = last.solve(&mass, &factor, &forward);
     let error = q - start.q - (start.dq + dq) * (0.5 * h);
-    let lost = if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
+    let lost =
+        if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
     (Moved { motion: Motion { q, dq }, error, lost }, f)
 }
 
@@ -169,8 +175,7 @@ impl<const N: usize> Braked<'_, N> {
         }
         let guess = self.guess(&free, h);
         let place = &self.place();
-        let (v, found) =
-            Implicit { mass, factor, laws: self.laws, h, place }.solve(&free, &guess);
+        let (v, found) = Implicit { mass, factor, laws: self.laws, h, place }.solve(&free, &guess);
         (v, (v - free) / h, found)
     }
 
@@ -181,7 +186,11 @@ impl<const N: usize> Braked<'_, N> {
         Vector::from_fn(|i, _| {
             let on = free[i] + f[i] * h;
             let fast = STEADY * self.laws[i].friction.smoothing;
-            if before[i].abs().min(on.abs()) > fast && before[i] * on > 0.0 { on } else { before[i] }
+            if before[i].abs().min(on.abs()) > fast && before[i] * on > 0.0 {
+                on
+            } else {
+                before[i]
+            }
         })
     }
 

@@ -45,6 +45,19 @@ def test_importing_the_package_does_not_import_matplotlib_or_tqdm():
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
+@pytest.mark.parametrize("use", ["sa.plots.overview(run)", "sa.animation.joint_points(arm)"])
+def test_drawing_needs_no_import_of_its_own(use):
+    script = (
+        "import sys, steadyarm as sa; assert {'plots', 'animation'} <= set(dir(sa));"
+        "run = sa.paper.simulation(2, duration=0.1).run(); arm = sa.paper.nominal();"
+        f"assert 'matplotlib' not in sys.modules; {use}; sys.exit('matplotlib' not in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True)
+    with pytest.raises(AttributeError, match="module 'steadyarm' has no attribute 'plot'"):
+        sa.plot  # noqa: B018
+    assert sa.plots is plots
+
+
 def test_drawing_does_not_import_pyplot():
     script = (
         "import sys, steadyarm as sa; sa.paper.simulation(2, duration=1.0).run().plot();"

@@ -30,6 +30,13 @@ def test_python_example_has_12_statements_at_most_and_tracks() -> None:
     assert (run.metrics(window=(5, 10)).rms_e < 0.03).all()  # type: ignore[attr-defined]
 
 
+def test_rust_example_is_whole_as_it_is_read() -> None:
+    """What rustdoc hides, a reader does not have; that it compiles is tested as a doctest."""
+    for code in blocks("rust"):
+        assert "fn main()" in code
+        assert not re.search(r"^\s*#(\s|$)", code, re.MULTILINE)
+
+
 def test_every_file_that_is_linked_exists() -> None:
     links = re.findall(r"\]\(([^)#:]+)\)", README.read_text(encoding="utf-8"))
     assert links

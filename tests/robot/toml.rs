@@ -172,7 +172,7 @@ fn one_thing_broken_is_refused_with_its_line() {
     );
     refused("effort = 40.0", "effort = 0.0", first, &["limits.effort", "got 0", "> 0"]);
     refused("upper = 2.0", "upper = nan", first, &["limits", "NaN"]);
-    refused("smoothing = 0.01", "smoothing = -0.5", first, &["friction.smoothing", ">= 0"]);
+    refused("smoothing = 0.01", "smoothing = -0.1", first, &["friction.smoothing", ">= 0"]);
     refused("viscous = 0.5", "viscous = -0.5", first, &["friction.viscous", "-0.5"]);
     refused("armature = 0.0", "armature = -1.0", first, &["armature", "-1"]);
     let stop = |entry| format!("armature = 0.0\nstop = {{ {entry} }}");

@@ -11,7 +11,9 @@ use steadyarm::math::Vector;
 use steadyarm::paper;
 use steadyarm::plant::{Plant, Undisturbed};
 use steadyarm::reference::{Reference, Setpoint};
-use steadyarm::sim::{Cause, Method, Options, Run, Status, Tolerance, simulate};
+use steadyarm::sim::{
+    Cause, MAX_RECORD_BYTES, Method, Options, Record, Run, Status, Tolerance, simulate,
+};
 
 const METHODS: [(Method, Option<f64>); 4] = [
     (Method::Rk4, None),
@@ -191,6 +193,34 @@ fn every_bad_option_is_refused_by_name() {
     }
     let period = refusal(|o| (o.dt, o.duration, o.control_period) = (1e-9, 0.05, Some(1.0)));
     assert!(matches!(period, Error::TooMany { parameter: "control_period / dt", .. }), "{period}");
+}
+
+/// A row of all signals holds t, |W|, V and twelve vectors, one of the motion t and two; both ends are rows.
+#[test]
+fn a_record_too_large_is_refused_with_its_size() {
+    for (every, record, rows, row_bytes) in [
+        (1, Record::All, 100_000_001, 216),
+        (7, Record::All, 14_285_716, 216),
+        (1, Record::Motion, 100_000_001, 40),
+    ] {
+        let error = refusal(|o| (o.duration, o.record_every, o.record) = (1e5, every, record));
+        let limit = MAX_RECORD_BYTES;
+        assert_eq!(error, Error::RecordTooLarge { every, rows, row_bytes, limit });
+    }
+    // The largest that is taken: 2^31 / 40 rows, and one more.
+    let last = (MAX_RECORD_BYTES / 40 - 1) as f64 * 1e-3;
+    let past = refusal(|o| (o.duration, o.record) = (last + 1e-3, Record::Motion));
+    assert!(matches!(past, Error::RecordTooLarge { rows: 53_687_092, .. }), "{past}");
+    let bounded = |options: &Options<2>| {
+        let controller = adaptive(Form::Shared, true, 7.0);
+        let (plant, reference, mut state) =
+            (common::plant(), common::reference(), fresh(&controller));
+        let stop =
+            |t: f64| if t > 0.0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        simulate(&plant, &controller, &mut state, &reference, options, stop)
+    };
+    let taken = bounded(&Options { duration: last, record: Record::Motion, ..Options::default() });
+    assert!(matches!(taken.unwrap().status, Status::Interrupted { .. }));
 }
 
 /// A rate needs a period: there is none in continuous time.

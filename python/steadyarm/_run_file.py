@@ -1,0 +1,274 @@
+"""The files of `Run.save`: an .npz of float64 arrays, and JSON for the rest.
+
+A file is hostile until it is known: its members, their sizes and headers are looked at before one
+of them is read, and nothing is believed that no simulation could have recorded.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import stat
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, BinaryIO, get_args, get_type_hints
+from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core, _files
+from .run import TORQUES, Certificate, Run, Status
+
+Array = NDArray[np.float64]
+
+FORMAT = 2
+"""Version of the files."""
+
+FLAT = ("t", "weights_norm", "V")
+OPTIONAL = ("weights", "weights_norm", "V")
+ARRAYS = tuple(
+    field.name for field in fields(Run) if field.name not in ("status", "certificate", "dictionary")
+)
+"""Arrays of one column, arrays that a run need not have, and all arrays."""
+
+KINDS = get_args(get_type_hints(Status)["kind"])
+"""Why a run may have ended."""
+
+META_BYTES = 1 << 20
+"""The JSON is smaller [bytes]."""
+
+WEIGHTS_BYTES = (1 << 26) + (1 << 10)
+"""No weights are more: 2^20 rules for eight joints, and a header [bytes]."""
+
+MAX_BYTES = 4 * _core.MAX_RECORD_BYTES + WEIGHTS_BYTES + META_BYTES
+"""No run is larger [bytes]: of the motion alone, set-points and errors make 3.5 times as much."""
+
+DEFLATE_RATIO = 1040
+"""Deflate makes nothing smaller than by 1032, so a member that claims more lies."""
+
+
+def save(run: Run, path: str | Path) -> None:
+    """Write ``run``. Raises ValueError for one that `load` would refuse."""
+    arrays = {name: array for name in ARRAYS if (array := getattr(run, name)) is not None}
+    dictionary = run.dictionary
+    meta = {
+        "format": FORMAT,
+        "arrays": sorted(arrays),
+        "status": asdict(run.status),
+        "certificate": None if run.certificate is None else asdict(run.certificate),
+        "dictionary": dictionary
+        and dictionary | {"error_bound": dictionary["error_bound"].tolist()},
+    }
+    text = json.dumps(meta)
+    try:
+        _check_shapes({name: (array.dtype, array.shape) for name, array in arrays.items()})
+        for name, array in arrays.items():
+            _check_values(name, array)
+        _run(_parsed(text), arrays)
+    except ValueError as error:
+        raise ValueError(f"run: got one that no simulation records ({error})") from error
+
+    def write(part: Path) -> None:
+        with part.open("wb") as file:
+            np.savez_compressed(file, meta=np.array(text), **arrays)
+
+    _files.replace(path, write)
+
+
+def load(path: str | Path) -> Run:
+    """Read what `save` wrote. Raises ValueError for any other file, or a damaged one."""
+    with Path(path).open("rb") as file:
+        try:
+            return _load(file)
+        except Exception as error:
+            message = f"path: got {path}, wants a file from Run.save ({error})"
+            raise ValueError(message) from error
+
+
+def _load(file: BinaryIO) -> Run:
+    status = os.fstat(file.fileno())
+    if not stat.S_ISREG(status.st_mode):
+        raise ValueError("it is a pipe or a device")  # which may never end
+    with ZipFile(file) as archive:
+        members = _members(archive, status.st_size)
+        meta = _meta(archive, members.pop("meta"))
+        if sorted(members) != meta["arrays"]:
+            raise ValueError(f"arrays: got {sorted(members)}, wants {meta['arrays']}")
+        _check_shapes({name: _header(archive, member) for name, member in members.items()})
+        # The times come first: zeros pack well, times that rise do not.
+        arrays: dict[str, Array] = {}
+        for name in sorted(members, key=lambda name: name != "t"):
+            arrays[name] = _read(archive, members[name])
+            _check_values(name, arrays[name])
+    return _run(meta, arrays)
+
+
+def _run(meta: dict[str, Any], arrays: dict[str, Array]) -> Run:
+    certificate = meta["certificate"]
+    columns: dict[str, Any] = dict.fromkeys(OPTIONAL) | arrays
+    return Run(
+        **columns,
+        status=_status(meta["status"]),
+        certificate=None if certificate is None else _certificate(certificate),
+        dictionary=_dictionary(meta["dictionary"], arrays["q"].shape[1]),
+    )
+
+
+def _members(archive: ZipFile, file_bytes: int) -> dict[str, ZipInfo]:
+    """The members by name without .npy, if their names and sizes may be those of a run."""
+    members: dict[str, ZipInfo] = {}
+    for member in archive.infolist():
+        name = member.filename.removesuffix(".npy")
+        if name not in ("meta", *ARRAYS) or name == member.filename:
+            raise ValueError(f"member: got {member.filename!r:.80}, which no run has")
+        if name in members:
+            raise ValueError(f"member: got {member.filename!r} twice")
+        if member.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
+            raise ValueError(f"{name}: got compression {member.compress_type}, wants deflate")
+        if member.file_size > DEFLATE_RATIO * member.compress_size:
+            raise ValueError(f"{name}: got {member.compress_size} bytes for {member.file_size}")
+        members[name] = member
+    missing = {"meta", *ARRAYS} - set(OPTIONAL) - set(members)
+    if missing:
+        raise ValueError(f"members: got none of the name {', '.join(sorted(missing))}")
+    if sum(member.compress_size for member in members.values()) > file_bytes:
+        raise ValueError("members: they overlap")
+    sizes = {name: member.file_size for name, member in members.items()}
+    for name, limit in (("meta", META_BYTES), ("weights", WEIGHTS_BYTES)):
+        if sizes.get(name, 0) > limit:
+            raise ValueError(f"{name}: got {sizes[name]} bytes, wants at most {limit}")
+    if sum(sizes.values()) > MAX_BYTES:
+        raise ValueError(f"members: got {sum(sizes.values())} bytes, wants at most {MAX_BYTES}")
+    return members
+
+
+def _header(archive: ZipFile, member: ZipInfo) -> tuple[np.dtype[Any], tuple[int, ...]]:
+    """Type and shape of a member, whose size is what they say."""
+    with archive.open(member) as stream:
+        if np.lib.format.read_magic(stream) != (1, 0):
+            raise ValueError(f"{member.filename}: wants version 1.0 of the format")
+        shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+        expected = stream.tell() + dtype.itemsize * math.prod(shape)
+    if min(shape, default=0) < 0 or expected != member.file_size:
+        raise ValueError(f"{member.filename}: got {member.file_size} bytes for {dtype} {shape}")
+    return dtype, shape
+
+
+def _read(archive: ZipFile, member: ZipInfo) -> Any:
+    with archive.open(member) as stream:
+        array = np.lib.format.read_array(stream, allow_pickle=False)
+        stream.read(1)  # the checksum is looked at where the member ends
+    return array
+
+
+def _check_shapes(headers: Mapping[str, tuple[np.dtype[Any], tuple[int, ...]]]) -> None:
+    """Refuse arrays whose type or shape no simulation could have given."""
+    shapes = {name: shape for name, (_, shape) in headers.items()}
+    for name, (dtype, shape) in headers.items():
+        if dtype != np.float64 or len(shape) != (1 if name in FLAT else 2):
+            raise ValueError(f"{name}: got {dtype} {shape}, wants float64 of one row a time")
+    (rows,), joints = shapes["t"], shapes["q"][1]
+    recorded = shapes["tau"][0]
+    if joints < 1:
+        raise ValueError(f"q: got {joints} joints, wants at least one")
+    if recorded not in (0, rows):
+        raise ValueError(f"tau: got {recorded} rows, wants {rows}, or none")
+    for name, shape in shapes.items():
+        length = recorded if name in TORQUES else rows
+        wanted = (length,) if name in FLAT else (length, joints)
+        if name == "weights":
+            wanted = (joints, shape[1])
+        if shape != wanted:
+            raise ValueError(f"{name}: got shape {shape}, wants {wanted}")
+
+
+def _check_values(name: str, array: Array) -> None:
+    """Refuse numbers that no simulation records."""
+    if not np.isfinite(array).all():
+        place = tuple(np.argwhere(~np.isfinite(array))[0])
+        index = ", ".join(map(str, place))
+        raise ValueError(f"{name}[{index}]: got {array[place]}, wants a finite number")
+    if name == "t" and not (rises := np.diff(array) > 0).all():
+        k = int(np.argmin(rises)) + 1
+        raise ValueError(f"t[{k}]: got {array[k]} after {array[k - 1]}, wants times that rise")
+
+
+def _meta(archive: ZipFile, member: ZipInfo) -> dict[str, Any]:
+    """The JSON of a file."""
+    dtype, shape = _header(archive, member)
+    if dtype.kind != "U" or shape != ():
+        raise ValueError(f"meta: got {dtype} {shape}, wants a text")
+    return _parsed(str(_read(archive, member)))
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    """JSON with the keys that it must have, each once, and finite numbers."""
+    meta = json.loads(text, object_pairs_hook=_unique, parse_constant=_not_finite)
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        version = meta.get("format") if isinstance(meta, dict) else None
+        raise ValueError(f"format: got {version!r:.80}, wants {FORMAT}")
+    meta.setdefault("dictionary", None)
+    return _only(meta, "meta", ("format", "arrays", "status", "certificate", "dictionary"))
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values = dict(pairs)
+    if len(values) != len(pairs):
+        raise ValueError(f"meta: got a key twice in {[key for key, _ in pairs]}")
+    return values
+
+
+def _not_finite(text: str) -> float:
+    raise ValueError(f"meta: got {text}, wants a finite number")
+
+
+def _only(values: Any, name: str, keys: Iterable[str]) -> dict[str, Any]:
+    if not isinstance(values, dict) or sorted(values) != sorted(keys):
+        raise ValueError(f"{name}: got {values!r:.200}, wants {', '.join(keys)}")
+    return values
+
+
+def _number(value: Any, name: str) -> float:
+    if type(value) not in (int, float) or not math.isfinite(value):
+        raise ValueError(f"{name}: got {value!r:.80}, wants a finite number")
+    return float(value)
+
+
+def _status(values: Any) -> Status:
+    values = _only(values, "status", [field.name for field in fields(Status)])
+    kind, reason = values["kind"], values["reason"]
+    if kind not in KINDS:
+        raise ValueError(f"status: got {kind!r:.80}, wants one of {', '.join(KINDS)}")
+    if not isinstance(reason, str):
+        raise ValueError(f"reason: got {reason!r:.80}, wants a text")
+    return Status(kind, _number(values["t"], "status"), reason)
+
+
+def _certificate(values: Any) -> Certificate:
+    names = [field.name for field in fields(Certificate)]
+    values = _only(values, "certificate", names)
+    return Certificate(*(_number(values[name], name) for name in names))
+
+
+def _dictionary(values: Any, joints: int) -> _core._Dictionary | None:
+    """The figures of a dictionary."""
+    if values is None:
+        return None
+    counts = ("atoms", "capacity", "merged", "dropped")
+    values = _only(values, "dictionary", (*counts, "error_bound"))
+    for name in counts:
+        if type(values[name]) is not int or values[name] < 0:
+            raise ValueError(f"{name}: got {values[name]!r:.80}, wants a whole number >= 0")
+    bound = values["error_bound"]
+    if not isinstance(bound, list) or len(bound) != joints:
+        raise ValueError(f"error_bound: got {bound!r:.80}, wants {joints} numbers")
+    return {
+        "atoms": values["atoms"],
+        "capacity": values["capacity"],
+        "merged": values["merged"],
+        "dropped": values["dropped"],
+        "error_bound": np.array([_number(value, "error_bound") for value in bound]),
+    }
