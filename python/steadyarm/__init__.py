@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 from . import paper
 from ._core import (
     ComputedTorque,
+    Excess,
     FuzzyApproximator,
     FuzzyBasis,
     FuzzyCompensator,
@@ -51,6 +52,7 @@ __all__ = [
     "Certificate",
     "ComputedTorque",
     "DesignReport",
+    "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",

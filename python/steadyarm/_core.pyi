@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = [
     "MAX_RECORD_BYTES",
     "ComputedTorque",
+    "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
@@ -146,6 +147,12 @@ class TwoLink:
         self,
     ) -> tuple[list[float], list[float], list[float], float, list[float], list[float], list[float]]:
         """What it was made from, in the order of the class's arguments."""
+    def with_friction(
+        self, viscous: ArrayLike = 0.0, coulomb: ArrayLike = 0.0, smoothing: ArrayLike = 0.01
+    ) -> TwoLink:
+        """Return the same arm with this friction in place of its own; scalars or (2,)."""
+    def with_gravity(self, gravity: float) -> TwoLink:
+        """Return the same arm under another ``gravity`` [m/s²]; 0 for one that lies flat."""
     def mass_matrix(self, q: ArrayLike) -> _Array:
         """M(q) [kg·m²], (2, 2), symmetric positive definite. ``q`` (2,) [rad]."""
     def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
@@ -192,6 +199,7 @@ class Serial:
         *,
         masses: Mapping[str, float] | None = None,
         inertials: Mapping[str, tuple[float, ArrayLike, ArrayLike]] | None = None,
+        unphysical: Literal["refuse", "note", "nearest"] = "refuse",
     ) -> Serial:
         """Read the chain from link ``base`` (default: the root) to link ``tip`` (the only end).
 
@@ -207,6 +215,12 @@ class Serial:
         are not opened. ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in the link's
         frame, in the place of what the file states or does not: com (3,), moments about
         it, a scalar for all axes, a diagonal (3,), or (3, 3). Names of links, fixed ones too.
+
+        ``unphysical``: what is done about a link, with all that is fixed to it, that no rigid body
+        is (negative mass or moments, a broken triangle inequality). "refuse" it; "note": take it as
+        it stands, as Pinocchio does; "nearest": take the nearest that some body is, with the same
+        mass and centre of mass, and what is negative of ½ tr(I) 1 - I left out. `notes` say how far
+        off it is. M must be positive definite in any case. The arm and its TOML keep the policy.
         """
     @staticmethod
     def from_dh(
@@ -225,16 +239,25 @@ class Serial:
         armature: ArrayLike = 0.0,
         gravity: ArrayLike = (0.0, 0.0, -9.81),
         name: str = "arm",
+        unphysical: Literal["refuse", "note", "nearest"] = "refuse",
     ) -> Serial:
         """Build from a Denavit-Hartenberg table: ``a``, ``d`` [m]; ``alpha``, ``theta_offset``.
 
         Each column is a scalar for all joints or (n,); angles [rad]. ``mass`` [kg]; ``com`` [m],
         (n, 3), in the table's frame i; ``inertia`` [kg·m²] about it: (n, 3) for a
         diagonal, or (n, 3, 3). ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``armature`` [kg·m²].
+        ``unphysical``: as in `from_urdf`.
         """
     @staticmethod
-    def from_toml(path_or_text: str | PathLike[str]) -> Serial:
-        """Read what `to_toml` wrote. A string of several lines is the text itself."""
+    def from_toml(
+        path_or_text: str | PathLike[str],
+        *,
+        unphysical: Literal["refuse", "note", "nearest"] | None = None,
+    ) -> Serial:
+        """Read what `to_toml` wrote. A string of several lines is the text itself.
+
+        ``unphysical``: as in `from_urdf`; by default what the file says, "refuse" if nothing.
+        """
     @staticmethod
     def shipped(name: str) -> Serial:
         """Take one of the arms that come with the wheel: "panda", "puma560", "ur5e"."""
@@ -242,6 +265,33 @@ class Serial:
         """Return the arm as TOML; `from_toml` gives it back, bit for bit."""
     def without_friction(self) -> Serial:
         """Return the same arm with no friction in any joint."""
+    def with_friction(
+        self,
+        viscous: ArrayLike = 0.0,
+        coulomb: ArrayLike = 0.0,
+        stribeck: ArrayLike = 0.0,
+        stribeck_speed: ArrayLike = 0.1,
+        smoothing: ArrayLike = 0.01,
+    ) -> Serial:
+        """Return the same arm with this friction in place of its own; scalars or (n,).
+
+        ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``stribeck``: by how much breaking away takes
+        more [N·m], ``stribeck_speed``: where that has fallen to 1/e [rad/s], ``smoothing``: where
+        Coulomb friction reaches 76 % [rad/s]; 0 for dry friction that sticks.
+        """
+    def with_armature(self, armature: ArrayLike) -> Serial:
+        """Return the same arm with rotors of this inertia in place of its own; scalar or (n,).
+
+        Seen through the gears: gear² · rotor inertia [kg·m²].
+        """
+    def with_gravity(self, gravity: ArrayLike) -> Serial:
+        """Return the same arm under another ``gravity`` (3,) [m/s²], in the axes of the base."""
+    def with_parameters(self, parameters: ArrayLike) -> Serial:
+        """Return the same arm with inertial parameters π, (10n,), as `inertial_parameters` gives.
+
+        There and back is the same to rounding. A link that no rigid body is gets what `unphysical`
+        says. Raises ValueError for first moments m c without a mass m.
+        """
     def with_stops(self, stiffness: ArrayLike, dissipation: ArrayLike = 1.0) -> Serial:
         """Return the same arm with stops at the ends of its joints' ranges, if they have ends.
 
@@ -261,7 +311,7 @@ class Serial:
         """Return the same arm with a body fixed to its tip.
 
         ``mass`` [kg], ``com`` (3,) [m] in the tip's frame, ``inertia`` [kg·m²] about it: a scalar
-        for all axes, a diagonal (3,), or (3, 3).
+        for all axes, a diagonal (3,), or (3, 3). It must be a body, whatever `unphysical` says.
         """
     def perturb(
         self,
@@ -299,8 +349,23 @@ class Serial:
     def notes(self) -> list[str]:
         """What the description says that was not used, or not taken as it stands."""
     @property
+    def unphysical(self) -> Literal["refuse", "note", "nearest"]:
+        """What is done about links that no rigid body is; see `from_urdf`."""
+    @property
     def limits(self) -> _Limits:
         """Limits of the joints, infinite for none."""
+    def check(
+        self,
+        reference: Sines | Quintic | Table | _ReferenceCallable,
+        duration: float,
+        dt: float = 0.001,
+    ) -> list[Excess]:
+        """Return what ``reference`` exceeds of `limits`, before it runs: an empty list if nothing.
+
+        It is looked at every ``dt`` from 0 to ``duration`` [s], at most 1e7 times: position,
+        velocity, and the torque that the motion takes, M(q_d) ddq_d + H(q_d, dq_d). Joint by joint
+        the worst of each: ``for excess in arm.check(path, 2.0): print(excess)``.
+        """
     def mass_matrix(self, q: ArrayLike) -> _Array:
         """M(q) [kg·m²], (n, n), symmetric positive definite."""
     def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
@@ -344,6 +409,51 @@ class Serial:
         ``dq`` to its velocity [m/s] (rows 0 to 2) and angular velocity [rad/s] (rows 3 to 5).
         """
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
+
+@final
+class Excess:
+    """A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`."""
+
+    def __new__(
+        cls,
+        joint: int,
+        name: str,
+        bound: Literal["position", "velocity", "effort"],
+        limit: float,
+        value: float,
+        by: float,
+        time: float,
+        first: float,
+        message: str,
+    ) -> Excess: ...
+    @property
+    def joint(self) -> int:
+        """Joint, from 0."""
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+    @property
+    def bound(self) -> Literal["position", "velocity", "effort"]:
+        """Which of its limits."""
+    @property
+    def limit(self) -> float:
+        """The limit [rad, rad/s or N·m; m, m/s or N for a prismatic joint]."""
+    @property
+    def value(self) -> float:
+        """What the reference asks for."""
+    @property
+    def by(self) -> float:
+        """By how much that is too much, > 0."""
+    @property
+    def time(self) -> float:
+        """When it is so [s]."""
+    @property
+    def first(self) -> float:
+        """When the limit is first exceeded [s]."""
+    @property
+    def message(self) -> str:
+        """All of that in words, as ``str`` gives it."""
+    def __reduce__(self) -> tuple[type[Excess], tuple[Any, ...]]: ...
 
 @final
 class FuzzyBasis:

@@ -16,8 +16,11 @@ pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;
 pub(crate) use posed::Posed;
 pub(crate) use resistance::Resistance;
+#[cfg(feature = "std")]
+pub(crate) use serial::{Flaw, SYMMETRIC};
 pub use serial::{
     Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
+    Unphysical,
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 

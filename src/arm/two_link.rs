@@ -96,6 +96,22 @@ impl TwoLink {
         })
     }
 
+    /// The same arm with this friction in its joints, in place of what they had.
+    ///
+    /// # Errors
+    /// As [`Friction::validate`].
+    pub fn with_friction(&self, friction: Friction<2>) -> Result<Self> {
+        Self::new(TwoLinkParameters { friction, ..self.parameters })
+    }
+
+    /// The same arm under another gravity [m/s²]; 0 for an arm that lies flat.
+    ///
+    /// # Errors
+    /// `NotFinite`, naming `gravity` or `gravity_torque`.
+    pub fn with_gravity(&self, gravity: f64) -> Result<Self> {
+        Self::new(TwoLinkParameters { gravity, ..self.parameters })
+    }
+
     /// The parameters it was built from.
     pub fn parameters(&self) -> &TwoLinkParameters {
         &self.parameters

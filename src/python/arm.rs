@@ -2,7 +2,9 @@
 
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, finite_vector, joints, renamed, scalar_or, square};
+use super::convert::{
+    Array1, Array2, array1, finite_vector, joints, renamed, scalar, scalar_or, square,
+};
 use super::value_error;
 use crate::arm::{Arm, Friction, JointKind, TwoLink, TwoLinkParameters};
 
@@ -25,6 +27,25 @@ fn argument(parameter: &'static str) -> &'static str {
     parameter.strip_prefix("friction.").unwrap_or(parameter)
 }
 
+/// Friction, where stated.
+fn friction_of(
+    viscous: Option<Any<'_, '_>>,
+    coulomb: Option<Any<'_, '_>>,
+    smoothing: Option<Any<'_, '_>>,
+) -> PyResult<Friction<2>> {
+    let mut friction = Friction::default();
+    for (field, value, name) in [
+        (&mut friction.viscous, viscous, "viscous"),
+        (&mut friction.coulomb, coulomb, "coulomb"),
+        (&mut friction.smoothing, smoothing, "smoothing"),
+    ] {
+        if let Some(value) = value {
+            *field = joints(value, name)?;
+        }
+    }
+    Ok(friction)
+}
+
 #[pymethods]
 impl PyTwoLink {
     #[new]
@@ -38,16 +59,7 @@ impl PyTwoLink {
         coulomb: Option<Any<'_, '_>>,
         smoothing: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let mut friction = Friction::default();
-        for (field, value, name) in [
-            (&mut friction.viscous, viscous, "viscous"),
-            (&mut friction.coulomb, coulomb, "coulomb"),
-            (&mut friction.smoothing, smoothing, "smoothing"),
-        ] {
-            if let Some(value) = value {
-                *field = joints(value, name)?;
-            }
-        }
+        let friction = friction_of(viscous, coulomb, smoothing)?;
         let parameters = TwoLinkParameters {
             mass: joints(mass, "mass")?,
             length: joints(length, "length")?,
@@ -58,6 +70,27 @@ impl PyTwoLink {
         let arm =
             TwoLink::new(parameters).map_err(|error| value_error(renamed(error, argument)))?;
         Ok(Self { arm })
+    }
+
+    /// The same arm with this friction in its joints, in place of what they had.
+    #[pyo3(
+        signature = (viscous=None, coulomb=None, smoothing=None),
+        text_signature = "(self, viscous=0.0, coulomb=0.0, smoothing=0.01)"
+    )]
+    fn with_friction(
+        &self,
+        viscous: Option<Any<'_, '_>>,
+        coulomb: Option<Any<'_, '_>>,
+        smoothing: Option<Any<'_, '_>>,
+    ) -> PyResult<Self> {
+        let arm = self.arm.with_friction(friction_of(viscous, coulomb, smoothing)?);
+        Ok(Self { arm: arm.map_err(|error| value_error(renamed(error, argument)))? })
+    }
+
+    /// The same arm under another gravity [m/s²]; 0 for an arm that lies flat.
+    fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<Self> {
+        let arm = self.arm.with_gravity(scalar(gravity, "gravity")?);
+        Ok(Self { arm: arm.map_err(value_error)? })
     }
 
     /// Number of joints, 2.

@@ -119,6 +119,22 @@ pub(super) fn joints<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> Py
     }
 }
 
+/// One value a joint, or a scalar for all joints, or without an argument this one for all.
+pub(super) fn each_joint(
+    value: Option<&Bound<'_, PyAny>>,
+    default: f64,
+    joints: usize,
+    name: &str,
+) -> PyResult<Vec<f64>> {
+    let Some(value) = value else { return Ok(vec![default; joints]) };
+    let Numbers { shape, values } = numbers(value, name)?;
+    match shape[..] {
+        [] => Ok(vec![values[0]; joints]),
+        [count] if count == joints => Ok(values),
+        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({joints},)"))),
+    }
+}
+
 /// One value a joint, each of them finite.
 pub(super) fn finite_vector<const N: usize>(
     value: &Bound<'_, PyAny>,

@@ -8,12 +8,14 @@ mod convert;
 mod design;
 mod dispatch;
 mod fuzzy;
+mod limits;
 mod per_joint;
 mod planted;
 mod riccati;
 mod saving;
 mod serial;
 mod serial_arm;
+mod serial_changes;
 mod serial_files;
 mod signals;
 mod simulate;
@@ -86,6 +88,8 @@ mod core_module {
     use super::design::design;
     #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
+    #[pymodule_export]
+    use super::limits::PyExcess;
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]

@@ -3,14 +3,14 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::convert::{Array1, Array2, Array3, matrices, owned1, owned2, renamed, scalar_or, whole};
+use super::convert::{Array1, Array2, Array3, matrices, owned1, owned2};
 use super::dispatch::for_joints;
-use super::serial_arm::{SerialArm, serial_arm};
-use super::serial_files::{self, dh_rows, moments, triple};
-use super::{read_error, value_error};
-use crate::arm::{Inertia, Perturbation, Pose};
-use crate::math::Matrix;
-use crate::robot::{Description, GRAVITY, UrdfOptions, shipped};
+use super::limits::PyExcess;
+use super::read_error;
+use super::serial_arm::{SerialArm, homogeneous, serial_arm};
+use super::serial_files::{self, triple};
+use crate::arm::{JointFriction, Link};
+use crate::robot::{Description, UrdfOptions, shipped};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -19,36 +19,18 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 /// Made by from_urdf, from_dh, from_toml or shipped. Its methods are those of TwoLink, and more.
 #[pyclass(name = "Serial", module = "steadyarm", frozen)]
 pub(super) struct PySerial {
-    description: Description,
+    pub description: Description,
     pub arm: Box<dyn SerialArm>,
 }
 
 impl PySerial {
-    fn new(description: Description) -> PyResult<Self> {
+    pub fn new(description: Description) -> PyResult<Self> {
         let arm = for_joints!(description.joints.len(), serial_arm(&description))?;
         Ok(Self { description, arm })
     }
 
-    /// The same robot with other links.
-    fn changed(&self, arm: Box<dyn SerialArm>) -> Self {
-        let mut description = self.description.clone();
-        for (joint, link) in description.joints.iter_mut().zip(arm.links()) {
-            joint.link = *link;
-        }
-        Self { description, arm }
-    }
-
-    fn column<'py>(&self, py: Python<'py>, of: impl Fn(&crate::arm::Link) -> f64) -> Array1<'py> {
+    fn column<'py>(&self, py: Python<'py>, of: impl Fn(&Link) -> f64) -> Array1<'py> {
         owned1(py, self.arm.links().iter().map(of).collect())
-    }
-}
-
-/// The argument of `with_payload` that a parameter of the core comes from.
-fn payload(parameter: &'static str) -> &'static str {
-    match parameter.strip_prefix("payload.") {
-        Some("moments") => "inertia",
-        Some(name) => name,
-        None => parameter,
     }
 }
 
@@ -58,9 +40,9 @@ impl PySerial {
     #[staticmethod]
     #[pyo3(
         signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None,
-            inertials=None),
+            inertials=None, unphysical=None),
         text_signature = "(path_or_text, base=None, tip=None, gravity=(0.0, 0.0, -9.81), *, \
-            masses=None, inertials=None)"
+            masses=None, inertials=None, unphysical='refuse')"
     )]
     fn from_urdf(
         path_or_text: Any<'_, '_>,
@@ -69,13 +51,15 @@ impl PySerial {
         gravity: Option<Any<'_, '_>>,
         masses: Option<Any<'_, '_>>,
         inertials: Option<Any<'_, '_>>,
+        unphysical: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
         let options = UrdfOptions {
             base,
             tip,
-            gravity: gravity.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))?,
+            gravity: serial_files::gravity(gravity)?,
             masses: serial_files::masses(masses)?,
             inertials: serial_files::inertials(inertials)?,
+            unphysical: serial_files::unphysical(unphysical)?.unwrap_or_default(),
         };
         Self::new(serial_files::urdf(path_or_text, &options)?)
     }
@@ -84,9 +68,10 @@ impl PySerial {
     #[staticmethod]
     #[pyo3(
         signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None, com=None, inertia=None,
-            viscous=None, coulomb=None, armature=None, gravity=None, name="arm"),
+            viscous=None, coulomb=None, armature=None, gravity=None, name="arm", unphysical=None),
         text_signature = "(a, alpha, d, theta_offset=0.0, *, convention='standard', kind='revolute', mass=0.0, \
-            com=0.0, inertia=0.0, viscous=0.0, coulomb=0.0, armature=0.0, gravity=(0.0, 0.0, -9.81), name='arm')"
+            com=0.0, inertia=0.0, viscous=0.0, coulomb=0.0, armature=0.0, gravity=(0.0, 0.0, -9.81), name='arm', \
+            unphysical='refuse')"
     )]
     #[expect(clippy::too_many_arguments, reason = "columns of a table")]
     fn from_dh(
@@ -104,8 +89,8 @@ impl PySerial {
         armature: Option<Any<'_, '_>>,
         gravity: Option<Any<'_, '_>>,
         name: &str,
+        unphysical: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let gravity = gravity.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))?;
         let columns = serial_files::Columns {
             lengths: [Some(a), Some(alpha), Some(d), theta_offset],
             kind,
@@ -114,15 +99,14 @@ impl PySerial {
             inertia,
             joint: [viscous, coulomb, armature],
         };
-        let (rows, convention) = (dh_rows(&columns)?, serial_files::convention(convention)?);
-        let description = Description::from_dh(name, &rows, convention, gravity);
-        Self::new(description.map_err(read_error)?)
+        Self::new(serial_files::dh(&columns, convention, gravity, name, unphysical)?)
     }
 
     /// From our own TOML: a path, or the text itself.
     #[staticmethod]
-    fn from_toml(path_or_text: Any<'_, '_>) -> PyResult<Self> {
-        Self::new(serial_files::toml(path_or_text)?)
+    #[pyo3(signature = (path_or_text, *, unphysical=None))]
+    fn from_toml(path_or_text: Any<'_, '_>, unphysical: Option<Any<'_, '_>>) -> PyResult<Self> {
+        Self::new(serial_files::toml(path_or_text, unphysical)?)
     }
 
     /// One of the arms that come with the wheel, by name.
@@ -138,8 +122,40 @@ impl PySerial {
     }
 
     /// The same arm with no friction in any joint.
-    fn without_friction(&self) -> Self {
-        self.changed(self.arm.without_friction())
+    fn without_friction(&self) -> PyResult<Self> {
+        self.each(|_, link| link.friction = JointFriction::default())
+    }
+
+    /// The same arm with this friction in its joints, in place of what they had: scalars or (n,).
+    #[pyo3(
+        signature = (viscous=None, coulomb=None, stribeck=None, stribeck_speed=None, smoothing=None),
+        text_signature = "(self, viscous=0.0, coulomb=0.0, stribeck=0.0, stribeck_speed=0.1, smoothing=0.01)"
+    )]
+    fn with_friction(
+        &self,
+        viscous: Option<Any<'_, '_>>,
+        coulomb: Option<Any<'_, '_>>,
+        stribeck: Option<Any<'_, '_>>,
+        stribeck_speed: Option<Any<'_, '_>>,
+        smoothing: Option<Any<'_, '_>>,
+    ) -> PyResult<Self> {
+        self.rubbing([viscous, coulomb, stribeck, stribeck_speed, smoothing])
+    }
+
+    /// The same arm with rotors of this inertia, seen through their gears, in place of what they had: a scalar or (n,).
+    fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<Self> {
+        self.geared(armature)
+    }
+
+    /// The same arm under another gravity, (3,) in the axes of the base.
+    fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<Self> {
+        let gravity = triple(gravity, "gravity")?;
+        Self::new(Description { gravity, ..self.description.clone() })
+    }
+
+    /// The same arm with other inertial parameters, (10n,): the way back from inertial_parameters.
+    fn with_parameters(&self, parameters: Any<'_, '_>) -> PyResult<Self> {
+        self.identified(parameters)
     }
 
     /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ beyond an end, they push back
@@ -150,7 +166,7 @@ impl PySerial {
         stiffness: Any<'_, '_>,
         dissipation: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        Ok(self.changed(self.arm.with_stops(stiffness, dissipation)?))
+        self.stopped(stiffness, dissipation)
     }
 
     /// The same arm with a body fixed to its tip: mass [kg], com [m] and inertia [kg·m²] about it in the tip's frame.
@@ -161,14 +177,7 @@ impl PySerial {
         com: Option<Any<'_, '_>>,
         inertia: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
-        let moments =
-            inertia.map_or(Ok(Matrix::<3>::zeros()), |value| moments(value, "inertia"))?;
-        let mass = super::convert::scalar(mass, "mass")?;
-        let body = Inertia { mass, com, moments };
-        let arm =
-            self.arm.with_payload(&body).map_err(|error| value_error(renamed(error, payload)))?;
-        Ok(self.changed(arm))
+        self.loaded(mass, com, inertia)
     }
 
     /// A neighbour, the same for the same seed: masses, moments and friction off by these shares, centres of mass by `com` [m].
@@ -184,14 +193,7 @@ impl PySerial {
         inertia: Option<Any<'_, '_>>,
         friction: Option<Any<'_, '_>>,
     ) -> PyResult<Self> {
-        let perturbation = Perturbation {
-            mass: scalar_or(mass, 0.2, "mass")?,
-            com: scalar_or(com, 0.01, "com")?,
-            inertia: scalar_or(inertia, 0.2, "inertia")?,
-            friction: scalar_or(friction, 0.2, "friction")?,
-        };
-        let arm = self.arm.perturb(whole(seed, "seed")?, &perturbation).map_err(value_error)?;
-        Ok(self.changed(arm))
+        self.neighbour(seed, [mass, com, inertia, friction])
     }
 
     /// Number of joints.
@@ -228,6 +230,24 @@ impl PySerial {
     #[getter]
     fn notes(&self) -> Vec<&str> {
         self.description.notes.iter().map(String::as_str).collect()
+    }
+
+    /// What is done about links that no body is: "refuse", "note" or "nearest".
+    #[getter]
+    fn unphysical(&self) -> &str {
+        self.description.unphysical.name()
+    }
+
+    /// What a reference exceeds of these limits, looked at every `dt` from 0 to `duration` [s]: a list, empty if nothing.
+    #[pyo3(signature = (reference, duration, dt=None), text_signature = "(self, reference, duration, dt=0.001)")]
+    fn check(
+        &self,
+        py: Python<'_>,
+        reference: Any<'_, '_>,
+        duration: Any<'_, '_>,
+        dt: Option<Any<'_, '_>>,
+    ) -> PyResult<Vec<PyExcess>> {
+        self.excesses(py, reference, duration, dt)
     }
 
     /// Limits of the joints, (n,) each, infinite for none: lower, upper [rad or m], velocity [rad/s or m/s], effort
@@ -374,15 +394,4 @@ impl PySerial {
     fn __repr__(&self) -> String {
         format!("Serial({:?}, {} joints)", self.description.name, self.arm.joints())
     }
-}
-
-/// A pose as a 4 × 4 matrix, row-major.
-fn homogeneous(pose: &Pose) -> [f64; 16] {
-    let (r, p) = (&pose.rotation, &pose.translation);
-    std::array::from_fn(|i| match (i / 4, i % 4) {
-        (3, 3) => 1.0,
-        (3, _) => 0.0,
-        (row, 3) => p[row],
-        (row, column) => r[(row, column)],
-    })
 }

@@ -2,21 +2,16 @@
 
 use core::any::Any as Type;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::convert::{
-    Array1, Array2, array1, finite_vector, joints, owned1, owned2, renamed, square, written,
-};
-use super::value_error;
-use crate::arm::{Arm, Inertia, JointStop, Link, Perturbation, Pose, Serial, SerialParameters};
-use crate::error::{Error, Result};
+use super::convert::{Array1, Array2, array1, finite_vector, owned1, owned2, square, written};
+use super::{limits, value_error};
+use crate::arm::{Arm, Inertia, Link, Perturbation, Pose, Serial};
+use crate::design::Excess;
+use crate::error::Result;
 use crate::robot::Description;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
-
-/// Of stops, unless something else is asked for [s/rad].
-const DISSIPATION: f64 = 1.0;
 
 /// The dynamics of a chain. The arguments are Python's, of shape (n,).
 pub(super) trait SerialArm: Send + Sync {
@@ -26,14 +21,19 @@ pub(super) trait SerialArm: Send + Sync {
     /// The [`Serial`] itself.
     fn as_any(&self) -> &dyn Type;
 
-    fn without_friction(&self) -> Box<dyn SerialArm>;
-    fn with_stops(
+    /// The links with a body fixed to the tip.
+    fn with_payload(&self, payload: &Inertia) -> Result<Vec<Link>>;
+
+    /// The links of a neighbour.
+    fn perturb(&self, seed: u64, perturbation: &Perturbation) -> Result<Vec<Link>>;
+
+    /// What a reference exceeds of the limits, looked at every dt up to the duration.
+    fn check(
         &self,
-        stiffness: Any<'_, '_>,
-        dissipation: Option<Any<'_, '_>>,
-    ) -> PyResult<Box<dyn SerialArm>>;
-    fn with_payload(&self, payload: &Inertia) -> Result<Box<dyn SerialArm>>;
-    fn perturb(&self, seed: u64, perturbation: &Perturbation) -> Result<Box<dyn SerialArm>>;
+        py: Python<'_>,
+        reference: Any<'_, '_>,
+        times: [f64; 2],
+    ) -> PyResult<Vec<Excess>>;
 
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>>;
     fn coriolis<'py>(
@@ -91,20 +91,8 @@ pub(super) trait SerialArm: Send + Sync {
 pub(super) fn serial_arm<const N: usize>(
     description: &Description,
 ) -> PyResult<Box<dyn SerialArm>> {
-    let links = description.links::<N>().map_err(super::read_error)?;
-    let Description { tip, gravity, .. } = *description;
-    let arm = Serial::new(SerialParameters { links, tip, gravity });
-    Ok(Box::new(arm.map_err(|error| of_joint(error, description))?))
-}
-
-/// An error of the arm as a whole, with the names of the joint and the link.
-fn of_joint(error: Error, description: &Description) -> PyErr {
-    let Error::OutOfRange { parameter: "inertia", index: Some(joint), .. } = error else {
-        return value_error(error);
-    };
-    let Some(joint) = description.joints.get(joint) else { return value_error(error) };
-    let (name, link) = (&joint.name, &joint.link_name);
-    PyValueError::new_err(format!("{error}: joint {name:?}, link {link:?} with what hangs on it"))
+    let arm: Serial<N> = description.arm().map_err(super::read_error)?;
+    Ok(Box::new(arm))
 }
 
 impl<const N: usize> SerialArm for Serial<N> {
@@ -120,37 +108,21 @@ impl<const N: usize> SerialArm for Serial<N> {
         self
     }
 
-    fn without_friction(&self) -> Box<dyn SerialArm> {
-        Box::new(Serial::without_friction(self))
+    fn with_payload(&self, payload: &Inertia) -> Result<Vec<Link>> {
+        Ok(Serial::with_payload(self, payload)?.links().to_vec())
     }
 
-    fn with_stops(
+    fn perturb(&self, seed: u64, perturbation: &Perturbation) -> Result<Vec<Link>> {
+        Ok(Serial::perturb(self, seed, perturbation)?.links().to_vec())
+    }
+
+    fn check(
         &self,
-        stiffness: Any<'_, '_>,
-        dissipation: Option<Any<'_, '_>>,
-    ) -> PyResult<Box<dyn SerialArm>> {
-        let stiffness = joints::<N>(stiffness, "stiffness")?;
-        let dissipation =
-            dissipation.map_or(Ok([DISSIPATION; N]), |value| joints(value, "dissipation"))?;
-        let stop = |n| JointStop { stiffness: stiffness[n], dissipation: dissipation[n] };
-        let ends = self.position_limits().into_iter().flatten().any(f64::is_finite);
-        if let Some(got) = stiffness.into_iter().find(|&k| k > 0.0).filter(|_| !ends) {
-            let message = format!(
-                "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, from a URDF or TOML"
-            );
-            return Err(PyValueError::new_err(message));
-        }
-        let arm = Serial::with_stops(self, &std::array::from_fn(stop));
-        let name = |parameter: &'static str| parameter.strip_prefix("stop.").unwrap_or(parameter);
-        Ok(Box::new(arm.map_err(|error| value_error(renamed(error, name)))?))
-    }
-
-    fn with_payload(&self, payload: &Inertia) -> Result<Box<dyn SerialArm>> {
-        Ok(Box::new(Serial::with_payload(self, payload)?))
-    }
-
-    fn perturb(&self, seed: u64, perturbation: &Perturbation) -> Result<Box<dyn SerialArm>> {
-        Ok(Box::new(Serial::perturb(self, seed, perturbation)?))
+        py: Python<'_>,
+        reference: Any<'_, '_>,
+        times: [f64; 2],
+    ) -> PyResult<Vec<Excess>> {
+        limits::check(py, self, reference, times)
     }
 
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
@@ -264,4 +236,15 @@ impl<const N: usize> SerialArm for Serial<N> {
         let jacobian = Serial::jacobian(self, &finite_vector(q, "q")?);
         owned2(py, jacobian.transpose().as_slice().to_vec(), N)
     }
+}
+
+/// A pose as a 4 × 4 matrix, row-major.
+pub(super) fn homogeneous(pose: &Pose) -> [f64; 16] {
+    let (r, p) = (&pose.rotation, &pose.translation);
+    std::array::from_fn(|i| match (i / 4, i % 4) {
+        (3, 3) => 1.0,
+        (3, _) => 0.0,
+        (row, 3) => p[row],
+        (row, column) => r[(row, column)],
+    })
 }

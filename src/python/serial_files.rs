@@ -10,9 +10,9 @@ use pyo3::types::{PyMapping, PyString};
 use super::convert::{Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
 use super::{read_error, saving};
-use crate::arm::{Inertia, JointFriction, JointKind};
+use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
-use crate::robot::{Convention, Description, DhRow, UrdfOptions};
+use crate::robot::{Convention, Description, DhRow, GRAVITY, UrdfOptions};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -42,6 +42,59 @@ pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Descri
         Source::Path(path) => Description::from_urdf_file_with(path, options),
     }
     .map_err(read_error)
+}
+
+/// What is done about links that no body is stands in the file, unless it is given.
+pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<Description> {
+    let policy = unphysical(policy)?;
+    let read = |text: &str| match policy {
+        Some(policy) => Description::from_toml_taking(text, policy),
+        None => Description::from_toml(text),
+    };
+    match source(value, |text| text.contains('\n'))? {
+        Source::Text(text) => read(&text),
+        Source::Path(path) => Description::from_file(path, read),
+    }
+    .map_err(read_error)
+}
+
+/// From a table.
+pub(super) fn dh(
+    columns: &Columns<'_, '_>,
+    convention: Option<Any<'_, '_>>,
+    gravity_of: Option<Any<'_, '_>>,
+    name: &str,
+    policy: Option<Any<'_, '_>>,
+) -> PyResult<Description> {
+    let (gravity, policy) = (gravity(gravity_of)?, unphysical(policy)?.unwrap_or_default());
+    let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
+    Description::from_dh_taking(name, &rows, convention, gravity, policy).map_err(read_error)
+}
+
+/// The usual one, unless it is given.
+pub(super) fn gravity(value: Option<Any<'_, '_>>) -> PyResult<[f64; 3]> {
+    value.map_or(Ok(GRAVITY), |value| triple(value, "gravity"))
+}
+
+/// What is done about links that no body is, if it is said.
+pub(super) fn unphysical(value: Option<Any<'_, '_>>) -> PyResult<Option<Unphysical>> {
+    const ALL: [Unphysical; 3] = [Unphysical::Refuse, Unphysical::Note, Unphysical::Nearest];
+    let Some(value) = value else { return Ok(None) };
+    let name = word(value, "unphysical", ALL.map(Unphysical::name))?;
+    Ok(ALL.into_iter().find(|one| one.name() == name))
+}
+
+/// Refuses stops for an arm whose joints have no ends.
+pub(super) fn refuse_stops_without_ends(links: &[Link], stiffness: &[f64]) -> PyResult<()> {
+    let ends = links
+        .iter()
+        .any(|Link { limits, .. }| limits.lower.is_finite() || limits.upper.is_finite());
+    match stiffness.iter().find(|&&k| k > 0.0).filter(|_| !ends) {
+        None => Ok(()),
+        Some(got) => Err(PyValueError::new_err(format!(
+            "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, from a URDF or TOML"
+        ))),
+    }
 }
 
 /// `{link: kg}`.
@@ -104,16 +157,8 @@ pub(super) fn moments(value: Any<'_, '_>, name: &str) -> PyResult<Matrix<3>> {
     }
 }
 
-pub(super) fn toml(value: Any<'_, '_>) -> PyResult<Description> {
-    match source(value, |text| text.contains('\n'))? {
-        Source::Text(text) => Description::from_toml(&text),
-        Source::Path(path) => Description::from_toml_file(path),
-    }
-    .map_err(read_error)
-}
-
 /// "standard" by default.
-pub(super) fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
+fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
     let Some(value) = value else { return Ok(Convention::Standard) };
     Ok(match word(value, "convention", ["standard", "modified"])? {
         "modified" => Convention::Modified,
@@ -173,7 +218,7 @@ impl Column {
 }
 
 /// The rows of the table.
-pub(super) fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
+fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
     let mut scalars = Vec::new();
     let names = ["a", "alpha", "d", "theta_offset"].into_iter().zip(columns.lengths);
     let more = ["viscous", "coulomb", "armature"].into_iter().zip(columns.joint);

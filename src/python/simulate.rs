@@ -115,16 +115,16 @@ pub(super) struct Monitor {
     left: u32,
     read: Instant,
     progress: Option<Py<PyAny>>,
-    raised: Option<PyErr>,
+    pub raised: Option<PyErr>,
 }
 
 impl Monitor {
-    fn new(progress: Option<Py<PyAny>>) -> Self {
+    pub fn new(progress: Option<Py<PyAny>>) -> Self {
         let now = Instant::now();
         Self { checked: now, stride: 1, left: 1, read: now, progress, raised: None }
     }
 
-    fn look(&mut self, t: f64) -> ControlFlow<()> {
+    pub fn look(&mut self, t: f64) -> ControlFlow<()> {
         self.left -= 1;
         if self.left > 0 {
             return ControlFlow::Continue(());

@@ -1,151 +1,178 @@
-//! What every description must be, whatever it was read from: finite, with real rotations, and physically possible.
+//! What every description must be, whatever it was read from: links that an arm takes, with names of their own. What is
+//! asked of a link stands with the arm; here it gets words and names.
 
 use std::collections::BTreeSet;
 
 use super::error::quoted;
-use super::{Description, JointDescription};
-use crate::arm::{Inertia, JointFriction, JointLimits, Pose};
-use crate::eigen::symmetric_eigenvalues;
-use crate::math::Matrix;
-
-/// Largest entry of RᵀR − 1 and of |axis| − 1: figures with nine digits pass, a typing error does not.
-const ORTHONORMAL: f64 = 1e-8;
-/// Principal moments may miss the triangle inequality by this share of the largest: figures of six digits, rounded.
-const TRIANGLE: f64 = 1e-6;
-/// They may also miss it by what moving the mass by a micrometre changes [m²]: files have −1e-20 for none.
-const SPECK: f64 = 1e-12;
+use super::{Description, ReadError};
+use crate::arm::{Flaw, Inertia, SYMMETRIC, Unphysical};
+use crate::error::{Error, finite};
 
 /// What is wrong, and at which joint.
 pub(super) struct Problem {
     pub joint: Option<usize>,
+    /// Whether the mass distribution is one that no body has.
+    pub of_body: bool,
     pub message: String,
 }
 
-/// Refuses a description that no arm can have.
-pub(super) fn check(description: &Description) -> Result<(), Problem> {
-    let of_arm = |message| Problem { joint: None, message };
+impl From<Problem> for ReadError {
+    fn from(problem: Problem) -> Self {
+        Self::new(problem.message)
+    }
+}
+
+/// Takes the links as the description's `unphysical` has it, and says in `notes` what no body is; refuses what no arm can
+/// have.
+pub(super) fn take(description: &mut Description) -> Result<(), Problem> {
+    let of_arm = |message| Problem { joint: None, of_body: false, message };
     if description.joints.is_empty() {
         return Err(of_arm("joints: got none, wants at least one that moves".to_owned()));
     }
-    finite("gravity", &description.gravity).map_err(of_arm)?;
-    pose("tip", &description.tip).map_err(of_arm)?;
+    let unphysical = description.unphysical;
+    let of_whole = |error| of_arm(words(error));
+    finite("gravity", &description.gravity).map_err(of_whole)?;
+    let of_tip = |error| of_arm(format!("tip.{}", words(error)));
+    description.tip.validate().map_err(of_tip)?;
     let mut names = BTreeSet::new();
-    for (index, joint) in description.joints.iter().enumerate() {
-        let of_joint = |message: String| Problem {
+    let mut said: BTreeSet<String> = description.notes.iter().cloned().collect();
+    for (index, joint) in description.joints.iter_mut().enumerate() {
+        let of_joint = |of_body, message: String| Problem {
             joint: Some(index),
+            of_body,
             message: format!("joint {}, {message}", quoted(&joint.name)),
         };
         if !names.insert(joint.name.as_str()) {
-            return Err(of_joint("name: given twice, wants a name of its own".to_owned()));
+            return Err(of_joint(false, "name: given twice, wants a name of its own".to_owned()));
         }
-        check_joint(joint).map_err(of_joint)?;
+        let stated = joint.link;
+        let taken = stated.taken(index, unphysical);
+        joint.link = taken.map_err(|error| match of_body(error, &stated.inertia) {
+            Some(problem) => of_joint(true, problem + way_on(unphysical)),
+            None => of_joint(false, words(error)),
+        })?;
+        let note = body_note(&joint.link_name, &stated.inertia, &joint.link.inertia);
+        description.notes.extend(note.filter(|note| said.insert(note.clone())));
     }
     Ok(())
 }
 
-fn check_joint(joint: &JointDescription) -> Result<(), String> {
-    let link = &joint.link;
-    pose("placement", &link.placement)?;
-    finite("axis", link.axis.as_slice())?;
-    if (link.axis.norm() - 1.0).abs() > ORTHONORMAL {
-        let [x, y, z]: [f64; 3] = link.axis.into();
-        return Err(format!("axis: got [{x}, {y}, {z}], wants a vector of length 1"));
-    }
-    inertia(&link.inertia)?;
-    friction(&link.friction)?;
-    at_least_zero("armature", link.armature)?;
-    limits(&link.limits)?;
-    at_least_zero("stop.stiffness", link.stop.stiffness)?;
-    at_least_zero("stop.dissipation", link.stop.dissipation)
-}
-
-fn finite(what: &str, values: &[f64]) -> Result<(), String> {
-    match values.iter().find(|value| !value.is_finite()) {
-        None => Ok(()),
-        Some(value) => Err(format!("{what}: got {value}, wants finite numbers")),
-    }
-}
-
-fn at_least_zero(what: &str, value: f64) -> Result<(), String> {
-    match value >= 0.0 && value.is_finite() {
-        true => Ok(()),
-        false => Err(format!("{what}: got {value}, wants a finite number >= 0")),
-    }
-}
-
-fn above_zero(what: &str, value: f64) -> Result<(), String> {
-    match value > 0.0 && value.is_finite() {
-        true => Ok(()),
-        false => Err(format!("{what}: got {value}, wants a finite number > 0")),
-    }
-}
-
-fn pose(what: &str, pose: &Pose) -> Result<(), String> {
-    finite(&format!("{what}.translation"), pose.translation.as_slice())?;
-    finite(&format!("{what}.rotation"), pose.rotation.as_slice())?;
-    let r = &pose.rotation;
-    let off = (r.transpose() * r - Matrix::<3>::identity()).amax();
-    let orthonormal = off <= ORTHONORMAL && r.determinant() > 0.0;
-    match orthonormal {
-        true => Ok(()),
-        false => Err(format!(
-            "{what}.rotation: got columns that are {off:.1e} from orthonormal (determinant {:.3}), wants a rotation matrix",
-            r.determinant()
-        )),
-    }
-}
-
-/// Refuses a negative mass, and moments that no body has: the largest principal moment is at most the sum of the others.
-pub(super) fn inertia(inertia: &Inertia) -> Result<(), String> {
-    at_least_zero("mass", inertia.mass)?;
-    finite("com", inertia.com.as_slice())?;
-    finite("moments", inertia.moments.as_slice())?;
-    let moments = &inertia.moments;
-    if *moments != moments.transpose() {
-        return Err("moments: got a matrix that is not symmetric, wants a symmetric one".to_owned());
-    }
-    let mut principal = symmetric_eigenvalues(moments).map_err(|error| error.to_string())?;
-    principal.sort_by(f64::total_cmp);
-    let [a, b, c] = principal;
-    let allowed = (TRIANGLE * c.abs().max(a.abs())).max(SPECK * inertia.mass);
-    if a < -allowed {
-        return Err(format!(
-            "moments: got principal moments {a:e}, {b:e}, {c:e} kg m^2, wants none negative"
-        ));
-    }
-    if c - (a + b) > allowed {
-        return Err(format!(
-            "moments: got principal moments {a:e}, {b:e}, {c:e} kg m^2, wants the largest at most the sum of the other \
-             two (the triangle inequality of every rigid body)"
-        ));
-    }
-    match inertia.mass == 0.0 && c > 0.0 {
-        true => Err("mass: got 0 with moments of inertia, wants a mass > 0".to_owned()),
-        false => Ok(()),
-    }
-}
-
-fn friction(friction: &JointFriction) -> Result<(), String> {
-    at_least_zero("friction.viscous", friction.viscous)?;
-    at_least_zero("friction.coulomb", friction.coulomb[0])?;
-    at_least_zero("friction.coulomb", friction.coulomb[1])?;
-    at_least_zero("friction.stribeck", friction.stribeck)?;
-    above_zero("friction.stribeck_speed", friction.stribeck_speed)?;
-    at_least_zero("friction.smoothing", friction.smoothing)
-}
-
-/// Refuses limits that leave no motion; infinite ones are none.
-pub(super) fn limits(limits: &JointLimits) -> Result<(), String> {
-    let JointLimits { lower, upper, velocity, effort } = *limits;
-    let range = lower < upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY;
-    if !range {
-        return Err(format!("limits: got lower {lower} and upper {upper}, wants lower < upper"));
-    }
-    for (what, value) in [("velocity", velocity), ("effort", effort)] {
-        let allowed = value > 0.0;
-        if !allowed {
-            return Err(format!("limits.{what}: got {value}, wants a number > 0"));
+/// What is wrong with a mass distribution, if no body has it.
+pub(super) fn body_problem(inertia: &Inertia) -> Option<String> {
+    let flaw = inertia.flaw().ok().flatten()?;
+    let wanted = flaw.wanted();
+    Some(match flaw {
+        Flaw::Mass(mass) => format!("mass: got {mass}, wants {wanted}"),
+        Flaw::Massless => format!("mass: got 0, wants {wanted}"),
+        Flaw::Moments(principal) => {
+            format!("moments: got principal moments {} kg m^2, wants {wanted}", figures(&principal))
         }
+    })
+}
+
+/// What is wrong with numbers that are no mass distribution at all: not finite, not symmetric.
+pub(super) fn form_problem(inertia: &Inertia) -> Option<String> {
+    inertia.check_form().err().map(words)
+}
+
+/// What a refusal says of the way on.
+pub(super) fn way_on(unphysical: Unphysical) -> &'static str {
+    match unphysical {
+        Unphysical::Refuse => {
+            "; unphysical = \"note\" takes it as it stands, \"nearest\" the nearest body"
+        }
+        _ => "",
     }
-    Ok(())
+}
+
+/// How far from a body's a mass distribution is.
+pub(super) fn how_far(inertia: &Inertia) -> Option<String> {
+    Some(match inertia.flaw().ok().flatten()? {
+        Flaw::Mass(mass) => format!("a mass of {mass} kg"),
+        Flaw::Massless => "moments without mass".to_owned(),
+        Flaw::Moments(principal) => {
+            let [least, middle, most] = principal;
+            format!(
+                "principal moments {} kg m^2, of which the largest is {:.3e} kg m^2 more than the sum of the other two",
+                figures(&principal),
+                most - (least + middle)
+            )
+        }
+    })
+}
+
+/// What is said of a body that is none: as stated, or what it became.
+fn body_note(link: &str, stated: &Inertia, taken: &Inertia) -> Option<String> {
+    let link = quoted(link);
+    let how_far = how_far(stated)?;
+    if stated == taken {
+        return Some(format!("link {link}: taken as stated, though no body has {how_far}"));
+    }
+    let nearest = taken.principal_moments().unwrap_or_default();
+    Some(format!(
+        "link {link}: no body has {how_far}; taken as the nearest, of principal moments {} kg m^2",
+        figures(&nearest)
+    ))
+}
+
+/// Notes on links that are taken as stated, though no body is like that.
+pub(super) fn as_stated(description: &Description) -> Vec<String> {
+    let joints = description.joints.iter();
+    joints
+        .filter_map(|joint| {
+            let inertia = &joint.link.inertia;
+            body_note(&joint.link_name, inertia, inertia)
+        })
+        .collect()
+}
+
+/// `1.0000e-1, 2.0000e-1, 3.1000e-1`.
+fn figures(values: &[f64; 3]) -> String {
+    values.map(|value| format!("{value:.4e}")).join(", ")
+}
+
+/// The arm's complaint about a mass distribution that no body has, if that is what it is.
+fn of_body(error: Error, inertia: &Inertia) -> Option<String> {
+    match error {
+        Error::OutOfRange { parameter: "inertia.moments" | "inertia.mass", wanted, .. }
+            if wanted != SYMMETRIC =>
+        {
+            body_problem(inertia)
+        }
+        _ => None,
+    }
+}
+
+/// The arm's complaint without the joint's number, in the names of a description.
+fn words(error: Error) -> String {
+    let name = |parameter: &'static str| parameter.strip_prefix("inertia.").unwrap_or(parameter);
+    let error = match error {
+        Error::NotFinite { parameter, got, .. } => {
+            Error::NotFinite { parameter: name(parameter), index: None, got }
+        }
+        Error::OutOfRange { got, wanted: SYMMETRIC, .. } => {
+            return format!(
+                "moments: got a matrix that is not symmetric, by {got:.1e}, wants a symmetric one"
+            );
+        }
+        Error::OutOfRange { parameter, got, wanted, .. } => {
+            Error::OutOfRange { parameter: name(parameter), index: None, got, wanted }
+        }
+        other => other,
+    };
+    error.to_string()
+}
+
+/// The complaint of the whole arm, with the joint by its name.
+pub(super) fn of_arm(description: &Description, error: Error) -> String {
+    let index = match error {
+        Error::NotFinite { parameter: "gravity", .. } => None,
+        Error::NotFinite { index, .. } | Error::OutOfRange { index, .. } => index,
+        _ => None,
+    };
+    let Some(joint) = index.and_then(|index| description.joints.get(index)) else {
+        return error.to_string();
+    };
+    let (name, link) = (quoted(&joint.name), quoted(&joint.link_name));
+    format!("joint {name}, link {link} with what hangs on it, {}", words(error))
 }

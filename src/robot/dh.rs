@@ -10,10 +10,11 @@
 
 use nalgebra::Vector3;
 
-use super::frames::{about_x, about_z, carried, compose, identity, shift};
-use super::{Description, JointDescription, ReadError};
-use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose};
-use crate::math::Matrix;
+use super::frames::{about_x, about_z};
+use super::{Description, JointDescription, ReadError, checks};
+use crate::arm::{
+    Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose, Unphysical,
+};
 
 /// Which of the two conventions a table follows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,17 +50,16 @@ pub struct DhRow {
 
 impl Default for DhRow {
     fn default() -> Self {
-        let none = f64::INFINITY;
         Self {
             kind: JointKind::Revolute,
             a: 0.0,
             alpha: 0.0,
             d: 0.0,
             theta_offset: 0.0,
-            inertia: Inertia { mass: 0.0, com: Vector3::zeros(), moments: Matrix::<3>::zeros() },
+            inertia: Inertia::NONE,
             friction: JointFriction::default(),
             armature: 0.0,
-            limits: JointLimits { lower: -none, upper: none, velocity: none, effort: none },
+            limits: JointLimits::NONE,
         }
     }
 }
@@ -76,26 +76,40 @@ impl Description {
         convention: Convention,
         gravity: [f64; 3],
     ) -> Result<Self, ReadError> {
-        let mut before = identity();
+        Self::from_dh_taking(name, rows, convention, gravity, Unphysical::Refuse)
+    }
+
+    /// [`Description::from_dh`], with a say in what is done about a mass distribution that no body has.
+    ///
+    /// # Errors
+    /// As there, but for what is to be taken.
+    pub fn from_dh_taking(
+        name: &str,
+        rows: &[DhRow],
+        convention: Convention,
+        gravity: [f64; 3],
+        unphysical: Unphysical,
+    ) -> Result<Self, ReadError> {
+        let mut before = Pose::IDENTITY;
         let mut joints = Vec::with_capacity(rows.len());
         for (index, row) in rows.iter().enumerate() {
             finite(index, row)?;
-            let along_x = compose(&shift([row.a, 0.0, 0.0]), &about_x(row.alpha));
-            let along_z = compose(&about_z(row.theta_offset), &shift([0.0, 0.0, row.d]));
+            let along_x = Pose::at(Vector3::new(row.a, 0.0, 0.0)).then(&about_x(row.alpha));
+            let along_z = about_z(row.theta_offset).then(&Pose::at(Vector3::new(0.0, 0.0, row.d)));
             let (placement, frame) = match convention {
-                Convention::Standard => (compose(&before, &along_z), along_x),
-                Convention::Modified => (compose(&along_x, &along_z), identity()),
+                Convention::Standard => (before.then(&along_z), along_x),
+                Convention::Modified => (along_x.then(&along_z), Pose::IDENTITY),
             };
             joints.push(JointDescription {
-                name: format!("joint{}", index + 1),
+                name: joint_name(index),
                 link_name: format!("link{}", index + 1),
                 link: link(row, placement, &frame),
             });
             before = frame;
         }
-        let description =
-            Self { name: name.to_owned(), joints, tip: before, gravity, notes: Vec::new() };
-        super::checks::check(&description).map_err(|problem| ReadError::new(problem.message))?;
+        let (name, notes) = (name.to_owned(), Vec::new());
+        let mut description = Self { name, joints, tip: before, gravity, notes, unphysical };
+        checks::take(&mut description)?;
         Ok(description)
     }
 }
@@ -107,8 +121,8 @@ fn finite(index: usize, row: &DhRow) -> Result<(), ReadError> {
     match columns.iter().find(|(_, value)| !value.is_finite()) {
         None => Ok(()),
         Some((column, value)) => Err(ReadError::new(format!(
-            "joint \"joint{}\", {column}: got {value}, wants a finite number",
-            index + 1
+            "joint \"{}\", {column}: got {value}, wants a finite number",
+            joint_name(index)
         ))),
     }
 }
@@ -119,10 +133,14 @@ fn link(row: &DhRow, placement: Pose, frame: &Pose) -> Link {
         kind: row.kind,
         placement,
         axis: Vector3::z(),
-        inertia: carried(&row.inertia, frame),
+        inertia: row.inertia.transformed(frame),
         friction: row.friction,
         armature: row.armature,
         limits: row.limits,
         stop: JointStop::default(),
     }
+}
+
+fn joint_name(index: usize) -> String {
+    format!("joint{}", index + 1)
 }

@@ -3,7 +3,7 @@
 //! A [`Description`] is what was read; [`Description::links`] turns it into the array that a serial arm is built from.
 //! Files are taken for hostile: sizes and depths are limited, nothing but the file named is opened, and every error says
 //! the line. Source of the format: wiki.ros.org/urdf/XML.
-// Without files, tables need only a part of the checks and frames.
+// Without files, tables need only a part of the checks and turns.
 #![cfg_attr(not(feature = "urdf"), allow(dead_code))]
 
 mod checks;
@@ -26,7 +26,9 @@ pub use shipped::{SHIPPED, shipped};
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;
 
-use crate::arm::{Link, Pose};
+use std::collections::BTreeSet;
+
+use crate::arm::{Link, Pose, Serial, SerialParameters, Unphysical};
 use error::quoted;
 
 /// Gravity where nothing else is said [m/s²]: down the base's z axis.
@@ -45,6 +47,8 @@ pub struct Description {
     pub gravity: [f64; 3],
     /// What the file says that was not used, or not taken as it stands; each said once.
     pub notes: Vec<String>,
+    /// What was done about links that no body is; each is in the notes.
+    pub unphysical: Unphysical,
 }
 
 /// A joint of a [`Description`].
@@ -59,6 +63,20 @@ pub struct JointDescription {
 }
 
 impl Description {
+    /// What `read` makes of the text of a file of limited size; its errors name the file.
+    ///
+    /// # Errors
+    /// As `read`, and if the file cannot be read.
+    #[cfg(feature = "urdf")]
+    pub(crate) fn from_file(
+        path: impl AsRef<std::path::Path>,
+        read: impl FnOnce(&str) -> Result<Self, ReadError>,
+    ) -> Result<Self, ReadError> {
+        let path = path.as_ref();
+        let text = files::read(path)?;
+        read(&text).map_err(|error| files::named(path, error))
+    }
+
     /// The links as an array, for an arm of `N` joints.
     ///
     /// # Errors
@@ -72,5 +90,31 @@ impl Description {
                 quoted(&self.name)
             ))
         })
+    }
+
+    /// The arm, with `N` joints; it keeps what is to be done about links that no body is.
+    ///
+    /// # Errors
+    /// If the chain does not have `N` joints, or as [`Serial::new_with`], with the joint by name.
+    pub fn arm<const N: usize>(&self) -> Result<Serial<N>, ReadError> {
+        let Self { tip, gravity, unphysical, .. } = *self;
+        let parameters = SerialParameters { links: self.links()?, tip, gravity };
+        Serial::new_with(parameters, unphysical)
+            .map_err(|error| ReadError::new(checks::of_arm(self, error)))
+    }
+
+    /// The same robot with other links, its notes brought up to date.
+    ///
+    /// # Errors
+    /// As reading it.
+    pub fn with_links(&self, links: impl IntoIterator<Item = Link>) -> Result<Self, ReadError> {
+        let mut other = self.clone();
+        let of_old: BTreeSet<String> = checks::as_stated(self).into_iter().collect();
+        other.notes.retain(|note| !of_old.contains(note));
+        for (joint, link) in other.joints.iter_mut().zip(links) {
+            joint.link = link;
+        }
+        checks::take(&mut other)?;
+        Ok(other)
     }
 }

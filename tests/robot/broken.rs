@@ -247,7 +247,7 @@ fn joints_without_a_motor_of_their_own_are_refused_on_the_chain() {
 
 #[test]
 fn limits_must_leave_a_range() {
-    let wants = ["joint \"waist\"", "<limit>", "lower 3", "upper 2", "lower < upper"];
+    let wants = ["joint \"waist\"", "<limit>", "lower 3", "upper 2", "lower <= upper"];
     refused("lower=\"-1\"", "lower=\"3\"", &wants);
     refused("velocity=\"3\"", "velocity=\"-3\"", &["\"waist\"", "<limit velocity>", "-3", ">= 0"]);
     refused("effort=\"40\"", "effort=\"nan\"", &["\"waist\"", "<limit effort>", "\"nan\""]);

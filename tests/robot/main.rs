@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, missing_docs)]
 
 mod aside;
+mod bodies;
 mod broken;
 mod chains;
 mod dh;

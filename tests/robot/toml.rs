@@ -167,9 +167,9 @@ fn one_thing_broken_is_refused_with_its_line() {
     );
     refused(
         "lower = -1.0",
-        "lower = 2.0",
+        "lower = 2.5",
         first,
-        &["limits", "lower 2", "upper 2", "lower < upper"],
+        &["\"waist\"", "limits.upper: got 2", "at least limits.lower"],
     );
     refused("effort = 40.0", "effort = 0.0", first, &["limits.effort", "got 0", "> 0"]);
     refused("upper = 2.0", "upper = nan", first, &["limits", "NaN"]);
@@ -179,7 +179,7 @@ fn one_thing_broken_is_refused_with_its_line() {
     let stop = |entry| format!("armature = 0.0\nstop = {{ {entry} }}");
     for (entry, name) in [
         ("stiffness = -1.0", "stop.stiffness"),
-        ("stiffness = 1.0, dissipation = inf", "stop.dissipation"),
+        ("stiffness = 1.0, dissipation = -1.0", "stop.dissipation"),
     ] {
         refused("armature = 0.0", &stop(entry), first, &["\"waist\"", name, ">= 0"]);
     }

@@ -249,3 +249,65 @@ fn a_chain_of_two_agrees_with_the_closed_form() {
         }
     }
 }
+
+#[test]
+fn changed_arms_are_those_built_with_the_change() {
+    let mut random = Random(51);
+    let arm = chains::chain::<3>(&mut random);
+    let friction = [(); 3].map(|()| chains::friction(&mut random));
+    let armature = [0.1, 0.2, 0.3];
+    let gravity = [0.1, -9.0, 0.2];
+    let rebuilt = |change: &dyn Fn(&mut SerialParameters<3>)| {
+        let mut parameters = *arm.parameters();
+        change(&mut parameters);
+        Serial::new(parameters).unwrap()
+    };
+    let each = |change: &dyn Fn(usize, &mut Link)| {
+        rebuilt(&|p| p.links.iter_mut().enumerate().for_each(|(i, link)| change(i, link)))
+    };
+    assert_eq!(arm.with_friction(&friction).unwrap(), each(&|i, link| link.friction = friction[i]));
+    assert_eq!(arm.with_armature(&armature).unwrap(), each(&|i, link| link.armature = armature[i]));
+    assert_eq!(arm.with_gravity(gravity).unwrap(), rebuilt(&|p| p.gravity = gravity));
+    // M carries the rotors on its diagonal, and nothing else changes.
+    let q = vector(&mut random, 3.0);
+    let rotors = arm.with_armature(&armature).unwrap().mass_matrix(&q)
+        - arm.with_armature(&[0.0; 3]).unwrap().mass_matrix(&q);
+    assert!((rotors - Matrix3::from_diagonal(&armature.into())).amax() < ROUNDING);
+    // Weight is linear in gravity.
+    let turned = arm.with_gravity(gravity.map(|g| -2.0 * g)).unwrap();
+    let weight = arm.with_gravity(gravity).unwrap().gravity(&q);
+    assert!((turned.gravity(&q) + weight * 2.0).amax() < ROUNDING * weight.amax());
+}
+
+#[test]
+fn changes_that_cannot_be_are_refused_by_name() {
+    let arm = chains::chain::<3>(&mut Random(52));
+    let place = |refused: Result<Serial<3>, Error>| match refused.unwrap_err() {
+        Error::NotFinite { parameter, index, .. } | Error::OutOfRange { parameter, index, .. } => {
+            (parameter, index)
+        }
+        other => panic!("{other}"),
+    };
+    assert_eq!(place(arm.with_armature(&[0.0, -1.0, 0.0])), ("armature", Some(1)));
+    assert_eq!(place(arm.with_armature(&[0.0, 0.0, f64::NAN])), ("armature", Some(2)));
+    let mut friction = [JointFriction::default(); 3];
+    friction[2].coulomb[1] = -1.0;
+    assert_eq!(place(arm.with_friction(&friction)), ("friction.coulomb", Some(2)));
+    assert_eq!(place(arm.with_gravity([0.0, f64::INFINITY, 0.0])), ("gravity", Some(1)));
+    let mut pi = [0.0; 30];
+    arm.inertial_parameters(&mut pi).unwrap();
+    let broken = |index: usize, value: f64| {
+        let mut pi = pi;
+        pi[index] = value;
+        place(arm.with_parameters(&pi))
+    };
+    assert_eq!(broken(17, f64::NAN), ("parameters", Some(17)));
+    assert_eq!(broken(10, -1.0), ("inertia.mass", Some(1)));
+    assert_eq!(broken(24, -1.0), ("inertia.moments", Some(2)));
+    // First moments without mass have no centre.
+    assert_eq!(broken(0, 0.0), ("inertia.com", Some(0)));
+    for length in [0, 29, 31] {
+        let wanted = Error::WrongLength { parameter: "parameters", got: length, wanted: 30 };
+        assert_eq!(arm.with_parameters(&vec![0.0; length]).unwrap_err(), wanted);
+    }
+}

@@ -5,6 +5,7 @@
 #[path = "../common/random.rs"]
 mod random;
 
+mod bodies;
 mod chains;
 mod changes;
 mod dynamics;

@@ -4,7 +4,7 @@ use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, SQRT_2};
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use steadyarm::arm::{
-    Arm, Inertia, JointFriction, JointKind, Link, Pose, Serial, SerialParameters,
+    Arm, Inertia, JointFriction, JointKind, Link, Pose, Serial, SerialParameters, Unphysical,
 };
 use steadyarm::math::{Matrix, Vector};
 
@@ -102,11 +102,9 @@ fn denavit_hartenberg(d: f64, a: f64, alpha: f64) -> Pose {
 
 /// The Puma 560 of Corke's Robotics Toolbox for MATLAB (`mdl_puma560`), after Corke and Armstrong-Hélouvry 1994.
 ///
-/// Two figures there belong to no body. Link 1 turns about its y only: its other moments don't matter. Link 3's moments
-/// (0.066, 0.086, 0.0125) break the triangle inequality by a rod of −0.00375 kg·m² along its axis, which may as well ride on
-/// link 2, where it only makes moments smaller that stay possible.
+/// Two figures there belong to no body: link 1 has no mass, and moments about its y alone; link 3's moments (0.066, 0.086,
+/// 0.0125) break the triangle inequality. They are taken as they stand.
 fn puma() -> Serial<6> {
-    const ROD: f64 = 0.00375;
     // d, a, α | m, centre, moments about it | motor inertia, gear, motor viscous, motor Coulomb
     type Row = ([f64; 3], f64, [f64; 3], [f64; 3], [f64; 3], [f64; 2]);
     let rows: [Row; 6] = [
@@ -114,7 +112,7 @@ fn puma() -> Serial<6> {
             [0.0, 0.0, FRAC_PI_2],
             0.0,
             [0.0; 3],
-            [0.35; 3],
+            [0.0, 0.35, 0.0],
             [200e-6, -62.6111, 1.48e-3],
             [0.395, 0.435],
         ),
@@ -122,7 +120,7 @@ fn puma() -> Serial<6> {
             [0.0, 0.4318, 0.0],
             17.4,
             [-0.3638, 0.006, 0.2275],
-            [0.13 - ROD, 0.524 - ROD, 0.539],
+            [0.13, 0.524, 0.539],
             [200e-6, 107.815, 0.817e-3],
             [0.126, 0.071],
         ),
@@ -130,7 +128,7 @@ fn puma() -> Serial<6> {
             [0.15005, 0.0203, -FRAC_PI_2],
             4.8,
             [-0.0203, -0.0141, 0.070],
-            [0.066 + ROD, 0.086, 0.0125 + ROD],
+            [0.066, 0.086, 0.0125],
             [200e-6, -53.7063, 1.38e-3],
             [0.132, 0.105],
         ),
@@ -174,7 +172,33 @@ fn puma() -> Serial<6> {
         let link = Link::new(JointKind::Revolute, placement, Vector3::z(), inertia);
         Link { friction, armature: rotor * gear * gear, ..link }
     });
-    Serial::new(SerialParameters { links, tip: ends[5], gravity: [0.0, 0.0, -9.81] }).unwrap()
+    let parameters = SerialParameters { links, tip: ends[5], gravity: [0.0, 0.0, -9.81] };
+    Serial::new_with(parameters, Unphysical::Note).unwrap()
+}
+
+/// By hand: of link 1's Σ = diag(0.175, −0.175, 0.175) and link 3's diag(0.01625, −0.00375, 0.06975) what is negative is left
+/// out, so that I = tr(Σ) 1 − Σ.
+#[test]
+fn nearest_bodies_of_the_puma() {
+    let as_stated = puma();
+    let moments = |link: usize| as_stated.links()[link].inertia.nearest().unwrap().moments;
+    assert!(Serial::new(*as_stated.parameters()).is_err());
+    let mut principal =
+        Inertia { moments: moments(0), ..Inertia::NONE }.principal_moments().unwrap();
+    for (got, wanted) in principal.into_iter().zip([0.175, 0.175, 0.35]) {
+        assert!((got - wanted).abs() < 1e-15, "{principal:?}");
+    }
+    principal = Inertia { moments: moments(2), ..Inertia::NONE }.principal_moments().unwrap();
+    for (got, wanted) in principal.into_iter().zip([0.01625, 0.06975, 0.086]) {
+        assert!((got - wanted).abs() < 1e-15, "{principal:?}");
+    }
+    let nearest = Serial::new_with(*as_stated.parameters(), Unphysical::Nearest).unwrap();
+    for link in [1, 3, 4, 5] {
+        assert_eq!(nearest.links()[link], as_stated.links()[link]);
+    }
+    // Mass and centre are kept, so the weight is.
+    let q = Vector::<6>::new(0.1, 0.2, 0.3, 0.4, 0.5, 0.6);
+    assert!((nearest.gravity(&q) - as_stated.gravity(&q)).amax() < 1e-14);
 }
 
 #[test]

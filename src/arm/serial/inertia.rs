@@ -1,14 +1,15 @@
 //! Frames and mass distributions: how they combine.
 
-use super::validate::{InertiaNames, validate_inertia};
-use super::{Inertia, JointKind, JointLimits, JointStop, Link, Pose};
+use super::validate::{InertiaNames, PoseNames, validate_pose};
+use super::{Inertia, JointKind, JointLimits, JointStop, Link, Pose, Unphysical};
 use crate::arm::JointFriction;
 use crate::error::Result;
 use crate::math::Matrix;
 
 type Vector3 = nalgebra::Vector3<f64>;
 
-const INERTIA: InertiaNames = InertiaNames { mass: "mass", com: "com", moments: "moments" };
+/// Inertial parameters of a link.
+pub(super) const PER_LINK: usize = 10;
 
 impl Pose {
     /// The outer frame itself.
@@ -25,6 +26,14 @@ impl Pose {
     /// A frame with the outer one's axes, p away.
     pub const fn at(translation: Vector3) -> Self {
         Self { rotation: Self::IDENTITY.rotation, translation }
+    }
+
+    /// Refuses what is not finite, and a rotation that is none.
+    ///
+    /// # Errors
+    /// `NotFinite` or `OutOfRange`, naming `rotation` or `translation`.
+    pub fn validate(&self) -> Result<()> {
+        validate_pose(self, PoseNames { rotation: "rotation", translation: "translation" }, None)
     }
 
     /// `inner`, which is given in this frame, in the outer one.
@@ -73,14 +82,14 @@ impl Inertia {
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `mass`, `com` or `moments`.
     pub fn validate(&self) -> Result<()> {
-        validate_inertia(self, INERTIA, None)
+        Unphysical::Refuse.take(self, InertiaNames::ALONE, None).map(drop)
     }
 
     /// Both together, as one rigid body: `I = I₁ + I₂ + m₁m₂/(m₁ + m₂) (|d|² 1 − d dᵀ)` with d between the centres of mass.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
-        if mass == 0.0 {
+        if self.mass == 0.0 && other.mass == 0.0 {
             return Self { mass, com: self.com, moments: self.moments + other.moments };
         }
         let share = other.mass / mass;
@@ -92,16 +101,44 @@ impl Inertia {
         }
     }
 
-    /// The same body in the frame in which this one's frame is `pose`.
+    /// The same body in the frame in which this one's frame is `pose`. Moments that are not symmetric stay so, to be refused.
     #[must_use]
     pub fn transformed(&self, pose: &Pose) -> Self {
-        let moments = pose.rotation * self.moments * pose.rotation.transpose();
-        Self { mass: self.mass, com: pose.point(&self.com), moments: symmetric(&moments) }
+        let turned = pose.rotation * self.moments * pose.rotation.transpose();
+        let is_symmetric = self.moments == self.moments.transpose();
+        let moments = if is_symmetric { symmetric(&turned) } else { turned };
+        Self { mass: self.mass, com: pose.point(&self.com), moments }
+    }
+
+    /// The ten inertial parameters, of which dynamics are linear: m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy, I_xz, I_yz,
+    /// I_zz, moments about the frame's origin.
+    pub fn parameters(&self) -> [f64; PER_LINK] {
+        let (h, i) = (self.com * self.mass, self.moments_about_origin());
+        let about = |a: usize, b: usize| 0.5 * (i[(a, b)] + i[(b, a)]);
+        let (xy, xz, yz) = (about(0, 1), about(0, 2), about(1, 2));
+        [self.mass, h[0], h[1], h[2], i[(0, 0)], xy, i[(1, 1)], xz, yz, i[(2, 2)]]
+    }
+
+    /// The way back from [`parameters`](Self::parameters). First moments without mass leave no centre of mass: it is not
+    /// finite.
+    pub fn from_parameters(parameters: &[f64; PER_LINK]) -> Self {
+        let [mass, hx, hy, hz, xx, xy, yy, xz, yz, zz] = *parameters;
+        let h = Vector3::new(hx, hy, hz);
+        let com = if h == Vector3::zeros() { h } else { h / mass };
+        let about_origin = Matrix::<3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        Self { mass, com, moments: about_origin - of_point(mass, &com) }
     }
 
     /// Moments about the frame's origin [kg·m²].
     pub fn moments_about_origin(&self) -> Matrix<3> {
         self.moments + of_point(self.mass, &self.com)
+    }
+}
+
+/// Bodies of one frame as one.
+impl core::iter::Sum for Inertia {
+    fn sum<I: Iterator<Item = Self>>(bodies: I) -> Self {
+        bodies.reduce(|one, other| one.plus(&other)).unwrap_or_default()
     }
 }
 

@@ -6,6 +6,7 @@
 //! does the Σ of a sliding link. Source: Khalil and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
 
 use super::space::{Sym3, Turn, V3};
+use super::unphysical::second_moments;
 use super::{Link, Pose, SerialParameters};
 use crate::arm::JointFriction;
 use crate::math::{Matrix, sin_cos, sqrt};
@@ -152,9 +153,7 @@ pub(super) fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
     let inertia = &link.inertia;
     let com = user.transpose() * inertia.com;
     let moments = user.transpose() * inertia.moments * user;
-    // About the centre of mass Σ = ½ tr(I) 1 − I.
-    let about_com = Matrix::<3>::identity() * (0.5 * moments.trace()) - moments;
-    let sigma = about_com + com * com.transpose() * inertia.mass;
+    let sigma = second_moments(&moments) + com * com.transpose() * inertia.mass;
     Mass { m: inertia.mass, h: (com * inertia.mass).into(), sigma: Sym3::of(&sigma) }
 }
 

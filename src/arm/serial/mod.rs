@@ -4,6 +4,7 @@
 //! differs by two plane rotations; the recursions then cost one sine and cosine a joint and few products.
 
 mod articulated;
+mod changes;
 mod composite;
 mod inertia;
 mod inverse;
@@ -14,22 +15,24 @@ mod perturb;
 mod regressor;
 mod space;
 mod stop;
+mod unphysical;
 mod validate;
 
 pub use link::{Inertia, JointKind, JointLimits, Link, Pose};
 pub use perturb::Perturbation;
 pub use stop::JointStop;
+pub use unphysical::Unphysical;
+#[cfg(feature = "std")]
+pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
 use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, Vector};
 use joint::{Chain, Mass};
 use space::V3;
-use validate::{InertiaNames, Of, PoseNames, validate_inertia, validate_pose};
+use validate::{Of, PoseNames, validate_pose};
 
 const TIP: PoseNames = PoseNames { rotation: "tip.rotation", translation: "tip.translation" };
-const PAYLOAD: InertiaNames =
-    InertiaNames { mass: "payload.mass", com: "payload.com", moments: "payload.moments" };
 
 /// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many more.
 const PROBES: usize = 4;
@@ -55,6 +58,7 @@ pub struct SerialParameters<const N: usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Serial<const N: usize> {
     parameters: SerialParameters<N>,
+    unphysical: Unphysical,
     chain: Chain<N>,
     has_friction: bool,
     has_stops: bool,
@@ -73,11 +77,24 @@ impl<const N: usize> Serial<N> {
     /// As [`Link::validate`], with the joint as index; `NotFinite` or `OutOfRange` naming `tip.…` or `gravity`; or
     /// `inertia`, with the joint that moves neither inertia nor armature; `WrongLength` for no links at all.
     pub fn new(parameters: SerialParameters<N>) -> Result<Self> {
+        Self::new_with(parameters, Unphysical::Refuse)
+    }
+
+    /// As [`new`](Self::new), with a say in what is done about a link that no body is. The arm keeps it: payloads,
+    /// perturbations and all other arms that come of this one are built with the same `unphysical`.
+    ///
+    /// What [`Unphysical::Nearest`] changed stands in [`links`](Self::links); with [`Unphysical::Note`]
+    /// [`Inertia::validate`] tells which links no body is. M, positive definite where it was tried, need not be so everywhere
+    /// if there are such.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), but for what is to be taken.
+    pub fn new_with(mut parameters: SerialParameters<N>, unphysical: Unphysical) -> Result<Self> {
         if N == 0 {
             return Err(Error::WrongLength { parameter: "links", got: 0, wanted: 1 });
         }
-        for (joint, link) in parameters.links.iter().enumerate() {
-            link.validate(joint)?;
+        for (joint, link) in parameters.links.iter_mut().enumerate() {
+            *link = link.taken(joint, unphysical)?;
         }
         validate_pose(&parameters.tip, TIP, None)?;
         finite("gravity", &parameters.gravity)?;
@@ -86,7 +103,7 @@ impl<const N: usize> Serial<N> {
         let has_stops = parameters.links.iter().any(|link| !link.stop.is_none());
         let sticks = parameters.links.iter().any(|link| link.friction.hold().is_some());
         let wraps = parameters.links.map(|link| link.kind == JointKind::Continuous);
-        let arm = Self { parameters, chain, has_friction, has_stops, sticks, wraps };
+        let arm = Self { parameters, unphysical, chain, has_friction, has_stops, sticks, wraps };
         for probe in 0..=PROBES {
             // Multiples of the golden angle: all joints at other angles in every probe.
             let at = |i: usize, _| 2.399_963_229_728_653 * (probe * (i + 1)) as f64;
@@ -114,7 +131,7 @@ impl<const N: usize> Serial<N> {
             of.finite(mass.column(joint).as_slice())?;
             of.finite(&[all])?;
             let wanted = "inertia or armature that joint moves when all beyond it are free";
-            of.within(got, got > NEGLIGIBLE * all, wanted)?;
+            of.within(got, got > NEGLIGIBLE * all.abs(), wanted)?;
             beyond = body.inward(&turns[joint]);
         }
         finite("gravity", self.gravity(q).as_slice())?;
@@ -124,6 +141,11 @@ impl<const N: usize> Serial<N> {
     /// The parameters it was built from.
     pub fn parameters(&self) -> &SerialParameters<N> {
         &self.parameters
+    }
+
+    /// What was done about links that no body is.
+    pub fn unphysical(&self) -> Unphysical {
+        self.unphysical
     }
 
     /// Joints and links from the base on.
@@ -156,46 +178,6 @@ impl<const N: usize> Serial<N> {
         self.limits().map(|limits| [limits.lower, limits.upper])
     }
 
-    /// The same arm with no friction in any joint.
-    #[must_use]
-    pub fn without_friction(&self) -> Self {
-        let mut arm = *self;
-        for joint in 0..N {
-            arm.parameters.links[joint].friction = JointFriction::default();
-            arm.chain.joints[joint].friction = JointFriction::default();
-        }
-        (arm.has_friction, arm.sticks) = (false, false);
-        arm
-    }
-
-    /// The same arm with stops at the ends of its joints' ranges, where [`limits`](Self::limits) are finite.
-    ///
-    /// # Errors
-    /// As [`JointStop::validate`].
-    pub fn with_stops(&self, stops: &[JointStop; N]) -> Result<Self> {
-        let mut arm = *self;
-        for (joint, stop) in stops.iter().enumerate() {
-            stop.validate(joint)?;
-            arm.parameters.links[joint].stop = *stop;
-        }
-        arm.has_stops = stops.iter().any(|stop| !stop.is_none());
-        Ok(arm)
-    }
-
-    /// The same arm with a body fixed to its tip, given in the tip's frame.
-    ///
-    /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `payload.…`; as [`Serial::new`] if numbers overflow together.
-    pub fn with_payload(&self, payload: &Inertia) -> Result<Self> {
-        validate_inertia(payload, PAYLOAD, None)?;
-        let mut parameters = self.parameters;
-        let tip =
-            Pose::new(joint::orthonormal(&parameters.tip.rotation), parameters.tip.translation);
-        let last = &mut parameters.links[N - 1].inertia;
-        *last = last.plus(&payload.transformed(&tip));
-        Self::new(parameters)
-    }
-
     /// M q̈_r + C(q, q̇) q̇_r + G, without friction and stops: Slotine and Li's law, with Christoffel's C [N·m].
     pub fn slotine_li(
         &self,
@@ -206,7 +188,7 @@ impl<const N: usize> Serial<N> {
     ) -> Vector<N> {
         let turns = self.chain.turns(q);
         let tau = self.chain.polar(&turns, dq, (dq_r, ddq_r), self.upward());
-        self.with_armature(tau, ddq_r)
+        self.add_armature(tau, ddq_r)
     }
 
     /// −g, the acceleration of the base that weighs as gravity does.
@@ -216,7 +198,7 @@ impl<const N: usize> Serial<N> {
     }
 
     #[inline(always)]
-    fn with_armature(&self, mut tau: Vector<N>, ddq: &Vector<N>) -> Vector<N> {
+    fn add_armature(&self, mut tau: Vector<N>, ddq: &Vector<N>) -> Vector<N> {
         for i in 0..N {
             tau[i] += self.chain.joints[i].armature * ddq[i];
         }
@@ -224,7 +206,7 @@ impl<const N: usize> Serial<N> {
     }
 
     #[inline(always)]
-    fn with_friction(&self, mut tau: Vector<N>, dq: &Vector<N>) -> Vector<N> {
+    fn add_friction(&self, mut tau: Vector<N>, dq: &Vector<N>) -> Vector<N> {
         if self.has_friction {
             for i in 0..N {
                 tau[i] += self.chain.joints[i].friction.torque(dq[i]);
@@ -234,7 +216,7 @@ impl<const N: usize> Serial<N> {
     }
 
     #[inline(always)]
-    fn with_stop_torques(&self, mut tau: Vector<N>, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+    fn add_stop_torques(&self, mut tau: Vector<N>, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         if self.has_stops {
             for (i, link) in self.parameters.links.iter().enumerate() {
                 tau[i] += link.stop.torque(&link.limits, q[i], dq[i]);
@@ -245,7 +227,7 @@ impl<const N: usize> Serial<N> {
 
     #[inline(always)]
     fn bias_at(&self, turns: &[space::Turn; N], dq: &Vector<N>) -> Vector<N> {
-        self.with_friction(self.chain.inverse(turns, dq, None, self.upward()), dq)
+        self.add_friction(self.chain.inverse(turns, dq, None, self.upward()), dq)
     }
 }
 
@@ -280,11 +262,11 @@ impl<const N: usize> Arm<N> for Serial<N> {
     }
 
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
-        self.with_friction(Vector::zeros(), dq)
+        self.add_friction(Vector::zeros(), dq)
     }
 
     fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
-        self.with_stop_torques(Vector::zeros(), q, dq)
+        self.add_stop_torques(Vector::zeros(), q, dq)
     }
 
     fn potential_energy(&self, q: &Vector<N>) -> f64 {
@@ -314,8 +296,8 @@ impl<const N: usize> Arm<N> for Serial<N> {
     fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
         let turns = self.chain.turns(q);
         let tau = self.chain.inverse(&turns, dq, Some(ddq), self.upward());
-        let tau = self.with_friction(self.with_armature(tau, ddq), dq);
-        self.with_stop_torques(tau, q, dq)
+        let tau = self.add_friction(self.add_armature(tau, ddq), dq);
+        self.add_stop_torques(tau, q, dq)
     }
 
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
@@ -323,7 +305,7 @@ impl<const N: usize> Arm<N> for Serial<N> {
             return Posed::of(self, q, dq).acceleration(self, (q, dq), tau);
         }
         let turns = self.chain.turns(q);
-        let net = tau - self.with_stop_torques(self.bias_at(&turns, dq), q, dq);
+        let net = tau - self.add_stop_torques(self.bias_at(&turns, dq), q, dq);
         if N <= SHORT {
             return Factor::of(&self.chain.mass_matrix(&turns)).solve(&net);
         }

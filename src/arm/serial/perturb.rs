@@ -1,6 +1,7 @@
 //! A seeded neighbour of an arm: what is really there, one call away from what is believed.
 
 use super::inertia::symmetric;
+use super::unphysical::{moments_of, second_moments};
 use super::{Inertia, Serial};
 use crate::error::{Result, within};
 use crate::math::Matrix;
@@ -53,7 +54,7 @@ impl Random {
 
 impl<const N: usize> Serial<N> {
     /// An arm whose masses, centres, moments and friction are off at random, the same for the same seed on any machine, and
-    /// physically valid: moments come from `Σ' = D Σ D` with a positive diagonal D.
+    /// physically valid where it is: moments come from `Σ' = D Σ D` with a positive diagonal D.
     ///
     /// # Errors
     /// As [`Perturbation::validate`], or as [`Serial::new`] if the numbers overflow.
@@ -69,7 +70,7 @@ impl<const N: usize> Serial<N> {
                 *coefficient *= random.factor(perturbation.friction);
             }
         }
-        Self::new(parameters)
+        self.rebuilt(parameters)
     }
 }
 
@@ -82,10 +83,9 @@ fn perturbed(inertia: &Inertia, by: &Perturbation, random: &mut Random) -> Inert
         return Inertia { mass, com, moments: inertia.moments * heavier };
     }
     // Σ = ½ tr(I) 1 − I about the centre of mass, and back by I = tr(Σ) 1 − Σ.
-    let sigma = Matrix::<3>::identity() * (0.5 * inertia.moments.trace()) - inertia.moments;
     let stretch = Matrix::<3>::from_diagonal(&wider);
-    let sigma = stretch * sigma * stretch;
-    let moments = symmetric(&((Matrix::<3>::identity() * sigma.trace() - sigma) * heavier));
+    let sigma = stretch * second_moments(&inertia.moments) * stretch;
+    let moments = symmetric(&(moments_of(&sigma) * heavier));
     let stretched = Inertia { mass, com, moments };
     if stretched.validate().is_ok() {
         return stretched;

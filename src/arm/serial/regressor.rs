@@ -7,13 +7,11 @@
 //! `Y_ij π_j = v·(m a + S h) + w·(h × a + I ω̇ + ω × I ω)`.
 
 use super::Serial;
+use super::inertia::PER_LINK;
 use super::inverse::Spread;
 use super::space::V3;
 use crate::error::{Error, Result};
 use crate::math::Vector;
-
-/// Inertial parameters of a link.
-pub(super) const PER_LINK: usize = 10;
 
 /// Motion of a link in the axes that its user gave it.
 #[derive(Clone, Copy)]
@@ -98,21 +96,7 @@ impl<const N: usize> Serial<N> {
             return Err(Error::WrongLength { parameter: "out", got, wanted });
         }
         for (cell, link) in out.chunks_exact_mut(PER_LINK).zip(&self.parameters.links) {
-            let (h, i) =
-                (link.inertia.com * link.inertia.mass, link.inertia.moments_about_origin());
-            let about = |a: usize, b: usize| 0.5 * (i[(a, b)] + i[(b, a)]);
-            cell.copy_from_slice(&[
-                link.inertia.mass,
-                h[0],
-                h[1],
-                h[2],
-                i[(0, 0)],
-                about(0, 1),
-                i[(1, 1)],
-                about(0, 2),
-                about(1, 2),
-                i[(2, 2)],
-            ]);
+            cell.copy_from_slice(&link.inertia.parameters());
         }
         Ok(())
     }

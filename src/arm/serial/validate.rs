@@ -1,18 +1,11 @@
 //! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass distribution that matter can have.
 
-use super::{Inertia, JointKind, JointLimits, Link, Pose};
-use crate::eigen::symmetric_eigenvalues;
+use super::{JointKind, JointLimits, Link, Pose, Unphysical};
 use crate::error::{Error, Result};
 use crate::math::{Matrix, sqrt};
 
 /// Lengths of axes and columns of rotations may be off by this, as numbers printed with six decimals are.
 const UNIT: f64 = 1e-6;
-/// Entries of the moments across the diagonal may differ by this share of the largest.
-const SYMMETRY: f64 = 1e-9;
-/// The principal moments may miss zero, and the triangle inequality, by this share of the largest.
-const MOMENTS: f64 = 1e-6;
-/// They may also miss them by what moving the mass by a micrometre changes [m²].
-const SPECK: f64 = 1e-12;
 
 /// A parameter of one joint.
 #[derive(Clone, Copy)]
@@ -55,8 +48,12 @@ pub(super) struct InertiaNames {
     pub moments: &'static str,
 }
 
-const LINK_INERTIA: InertiaNames =
-    InertiaNames { mass: "inertia.mass", com: "inertia.com", moments: "inertia.moments" };
+impl InertiaNames {
+    /// Of a mass distribution by itself.
+    pub const ALONE: Self = Self { mass: "mass", com: "com", moments: "moments" };
+    const LINK: Self =
+        Self { mass: "inertia.mass", com: "inertia.com", moments: "inertia.moments" };
+}
 
 /// Names of a pose's parameters.
 #[derive(Clone, Copy)]
@@ -78,12 +75,18 @@ impl Link {
     /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`, `armature`, `limits.…` or
     /// `stop.…`.
     pub fn validate(&self, joint: usize) -> Result<()> {
+        self.taken(joint, Unphysical::Refuse).map(drop)
+    }
+
+    /// The link as it is taken: a mass distribution that no body has is what `unphysical` makes of it, all else is refused
+    /// as by [`validate`](Self::validate).
+    pub(crate) fn taken(&self, joint: usize, unphysical: Unphysical) -> Result<Self> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         validate_pose(&self.placement, PLACEMENT, Some(joint))?;
         of("axis").finite(self.axis.as_slice())?;
         let length = sqrt(self.axis.dot(&self.axis));
         of("axis").within(length, (length - 1.0).abs() <= UNIT, "a vector of length 1")?;
-        validate_inertia(&self.inertia, LINK_INERTIA, Some(joint))?;
+        let inertia = unphysical.take(&self.inertia, InertiaNames::LINK, Some(joint))?;
         self.friction.validate(joint)?;
         of("armature").within(self.armature, self.armature >= 0.0, "a number >= 0")?;
         self.limits.validate(joint)?;
@@ -93,7 +96,8 @@ impl Link {
             of("limits.lower").accept(lower, lower.is_infinite(), wanted)?;
             of("limits.upper").accept(upper, upper.is_infinite(), wanted)?;
         }
-        self.stop.validate(joint)
+        self.stop.validate(joint)?;
+        Ok(Self { inertia, ..*self })
     }
 }
 
@@ -128,34 +132,7 @@ pub(super) fn validate_pose(pose: &Pose, names: PoseNames, joint: Option<usize>)
     rotation.finite(r.as_slice())?;
     Of { parameter: names.translation, joint }.finite(pose.translation.as_slice())?;
     let off = (r.transpose() * r - Matrix::<3>::identity()).amax();
-    rotation.within(off, off <= 2.0 * UNIT, "orthonormal columns")?;
+    rotation.within(off, off <= 2.0 * UNIT, "a rotation matrix, of orthonormal columns")?;
     let determinant = r.determinant();
-    rotation.within(determinant, determinant > 0.0, "a determinant of +1")
-}
-
-/// Refuses a mass distribution that matter cannot have.
-pub(super) fn validate_inertia(
-    inertia: &Inertia,
-    names: InertiaNames,
-    joint: Option<usize>,
-) -> Result<()> {
-    let moments = Of { parameter: names.moments, joint };
-    let i = &inertia.moments;
-    Of { parameter: names.mass, joint }.within(
-        inertia.mass,
-        inertia.mass >= 0.0,
-        "a number >= 0",
-    )?;
-    Of { parameter: names.com, joint }.finite(inertia.com.as_slice())?;
-    moments.finite(i.as_slice())?;
-    let off = (i - i.transpose()).amax();
-    moments.within(off, off <= SYMMETRY * i.amax(), "a symmetric matrix")?;
-    let mut principal = symmetric_eigenvalues(&((i + i.transpose()) * 0.5))?;
-    principal.sort_unstable_by(f64::total_cmp);
-    let [least, middle, most] = principal;
-    let allowed = (MOMENTS * most).max(SPECK * inertia.mass);
-    moments.within(least, least >= -allowed, "principal moments >= 0")?;
-    let slack = least + middle - most;
-    let wanted = "no principal moment larger than the sum of the other two";
-    moments.within(slack, slack >= -allowed, wanted)
+    rotation.within(determinant, determinant > 0.0, "a rotation matrix, of determinant +1")
 }

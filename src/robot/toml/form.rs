@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::arm::{Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose};
+use crate::arm::{
+    Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose, Unphysical,
+};
 use crate::math::Matrix;
 use crate::robot::{Description, GRAVITY, JointDescription};
 
@@ -19,6 +21,8 @@ pub(super) struct File {
     gravity: [f64; 3],
     #[serde(default)]
     notes: Vec<String>,
+    #[serde(default, with = "Policy")]
+    unphysical: Unphysical,
     #[serde(default)]
     tip: Place,
     #[serde(default)]
@@ -63,6 +67,14 @@ enum Kind {
     Revolute,
     Continuous,
     Prismatic,
+}
+
+#[derive(Deserialize)]
+#[serde(remote = "Unphysical", rename_all = "lowercase")]
+enum Policy {
+    Refuse,
+    Note,
+    Nearest,
 }
 
 #[derive(Deserialize)]
@@ -126,6 +138,7 @@ impl File {
             tip: pose(self.tip.translation, self.tip.rotation),
             gravity: self.gravity,
             notes: self.notes,
+            unphysical: self.unphysical,
         }
     }
 }
@@ -153,10 +166,10 @@ impl Joint {
             friction: JointFriction { viscous, coulomb, stribeck, stribeck_speed, smoothing },
             armature: self.armature,
             limits: JointLimits {
-                lower: self.limits.lower.unwrap_or(f64::NEG_INFINITY),
-                upper: self.limits.upper.unwrap_or(f64::INFINITY),
-                velocity: self.limits.velocity.unwrap_or(f64::INFINITY),
-                effort: self.limits.effort.unwrap_or(f64::INFINITY),
+                lower: self.limits.lower.unwrap_or(JointLimits::NONE.lower),
+                upper: self.limits.upper.unwrap_or(JointLimits::NONE.upper),
+                velocity: self.limits.velocity.unwrap_or(JointLimits::NONE.velocity),
+                effort: self.limits.effort.unwrap_or(JointLimits::NONE.effort),
             },
             stop: self.stop.map_or_else(JointStop::default, |Stop { stiffness, dissipation }| {
                 JointStop { stiffness, dissipation }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::error::quoted;
 use super::{Description, ReadError, checks, files};
+use crate::arm::Unphysical;
 
 /// The version of the format that is written and read.
 const FORMAT: u32 = 1;
@@ -22,8 +23,21 @@ impl Description {
     ///
     /// # Errors
     /// With the line: what is not TOML or not of the format, a number that is not finite, a mass distribution that no
-    /// body has.
+    /// body has, unless the file's `unphysical` takes it.
     pub fn from_toml(text: &str) -> Result<Self, ReadError> {
+        Self::toml(text, None)
+    }
+
+    /// [`Description::from_toml`], with another say than the file's in what is done about a mass distribution that no body
+    /// has.
+    ///
+    /// # Errors
+    /// As there, but for what is to be taken.
+    pub fn from_toml_taking(text: &str, unphysical: Unphysical) -> Result<Self, ReadError> {
+        Self::toml(text, Some(unphysical))
+    }
+
+    fn toml(text: &str, unphysical: Option<Unphysical>) -> Result<Self, ReadError> {
         files::limited(text)?;
         let file: form::File = toml::from_str(text).map_err(|error| syntax(text, &error))?;
         if file.format != FORMAT {
@@ -33,8 +47,9 @@ impl Description {
             )));
         }
         let starts: Vec<usize> = file.joint.iter().map(|joint| joint.span().start).collect();
-        let description = file.description();
-        checks::check(&description).map_err(|problem| {
+        let mut description = file.description();
+        description.unphysical = unphysical.unwrap_or(description.unphysical);
+        checks::take(&mut description).map_err(|problem| {
             match problem.joint.and_then(|joint| starts.get(joint)) {
                 Some(&at) => ReadError::at(text, at, problem.message),
                 None => ReadError::new(problem.message),
@@ -48,9 +63,7 @@ impl Description {
     /// # Errors
     /// As there, and if the file cannot be read.
     pub fn from_toml_file(path: impl AsRef<Path>) -> Result<Self, ReadError> {
-        let path = path.as_ref();
-        let text = files::read(path)?;
-        Self::from_toml(&text).map_err(|error| files::named(path, error))
+        Self::from_file(path, Self::from_toml)
     }
 }
 

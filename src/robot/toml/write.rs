@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::FORMAT;
-use crate::arm::{JointFriction, JointLimits, JointStop, Pose};
+use crate::arm::{JointFriction, JointLimits, JointStop, Pose, Unphysical};
 use crate::math::Matrix;
 use crate::robot::{Description, JointDescription};
 
@@ -15,6 +15,7 @@ const HEADER: &str = "\
 # translation, rotation   the joint's frame in the frame of the link before (the base for the first), at q = 0;
 #                         rotation row by row, absent for none. [tip]: the tip in the frame of the last link.
 # kind                    revolute, continuous (a turn leads back to where it began) or prismatic
+# unphysical              what is done about links that no body is: refuse (if absent), note or nearest
 # axis                    of the joint, in its own frame, of length 1
 # mass, com, moments      of the link, in the joint's frame; moments about the centre of mass
 # armature                inertia of the rotor, seen through the gear
@@ -25,10 +26,13 @@ const HEADER: &str = "\
 
 /// The whole file. Writing into a string cannot fail.
 pub(super) fn text(description: &Description) -> String {
-    let Description { name, joints, tip, gravity, notes } = description;
+    let Description { name, joints, tip, gravity, notes, unphysical } = description;
     let mut out = String::from(HEADER);
     let _ = writeln!(out, "\nformat = {FORMAT}\nname = {}", string(name));
     let _ = writeln!(out, "gravity = {}", list(gravity));
+    if *unphysical != Unphysical::Refuse {
+        let _ = writeln!(out, "unphysical = {}", string(unphysical.name()));
+    }
     if !notes.is_empty() {
         let notes: String = notes.iter().map(|note| format!("    {},\n", string(note))).collect();
         let _ = writeln!(out, "notes = [\n{notes}]");

@@ -2,14 +2,16 @@
 
 use super::elements::Source;
 use super::joint::{Drive, JointPart, Motion};
+use super::link::Inertial;
 use super::options::UrdfOptions;
 use super::path::Path;
 use super::transmission::Rotors;
 use super::tree::Tree;
 use super::{remarks, size};
 use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
+use crate::robot::checks::{self, Problem};
 use crate::robot::error::{first_of, quoted};
-use crate::robot::{Description, JointDescription, ReadError, checks, frames};
+use crate::robot::{Description, JointDescription, ReadError};
 
 /// A link that moves with a joint of the chain, or with the base.
 #[derive(Clone, Copy)]
@@ -18,6 +20,14 @@ pub(super) struct Place {
     pub body: usize,
     /// Its frame in that of the last of them.
     pub pose: Pose,
+}
+
+/// A link that moves with a joint of the chain.
+struct Part {
+    link: usize,
+    stated: Inertial,
+    /// In the joint's frame.
+    inertia: Inertia,
 }
 
 /// A joint of the chain with its frame in that of the one before.
@@ -64,31 +74,37 @@ pub(super) fn description(
     let mut description = Description {
         name: String::new(),
         joints: Vec::with_capacity(layout.moving.len()),
-        tip: layout.places[path.tip].map_or(frames::identity(), |place| place.pose),
+        tip: layout.places[path.tip].map_or(Pose::IDENTITY, |place| place.pose),
         gravity: options.gravity,
         notes: Vec::new(),
+        unphysical: options.unphysical,
     };
     for (moving, parts) in layout.moving.iter().zip(&bodies) {
         let joint = &tree.joints[moving.joint];
         let mut drive = joint.drive(source)?;
         description.notes.append(&mut drive.notes);
         let armature = rotors.armatures.get(joint.name).copied().unwrap_or(0.0);
+        let inertia: Inertia = parts.iter().map(|part| part.inertia).sum();
         description.joints.push(JointDescription {
             name: joint.name.to_owned(),
             link_name: joint.child.to_owned(),
-            link: link(joint, moving.placement, &drive, frames::merged(parts), armature),
+            link: link(joint, moving.placement, &drive, inertia, armature),
         });
     }
+    checks::take(&mut description)
+        .map_err(|problem| located(source, tree, (&layout, &bodies), problem, options))?;
+    let joints = description.joints.iter().zip(&bodies);
+    let parts = joints.flat_map(|(joint, parts)| part_notes(tree, parts, joint)).collect();
     remarks::add(source, tree, path, &layout, &mut description)?;
     let moved = |name: &str| tree.named("", name).is_ok_and(|link| layout.moves(link));
     let unmoved = options.unmoved(moved);
     let notes = &mut description.notes;
     notes.append(&mut layout.given);
     notes.extend(unmoved);
+    notes.extend(first_of(parts));
     notes.extend(first_of(layout.notes));
     notes.extend(first_of(rotors.notes.clone()));
     notes.extend(first_of(description.joints.iter().filter_map(size::note).collect()));
-    check(source, tree, &layout.moving, &description)?;
     Ok(description)
 }
 
@@ -97,7 +113,7 @@ impl Layout {
         let mut on_path = vec![false; tree.joints.len()];
         path.joints.iter().for_each(|&joint| on_path[joint] = true);
         let mut layout = Self { places: vec![None; tree.links.len()], ..Self::default() };
-        let mut waiting = vec![(path.base, Place { body: 0, pose: frames::identity() })];
+        let mut waiting = vec![(path.base, Place { body: 0, pose: Pose::IDENTITY })];
         while let Some((link, place)) = waiting.pop() {
             layout.places[link] = Some(place);
             for &index in tree.carried[link].iter().rev() {
@@ -115,12 +131,12 @@ impl Layout {
                         continue;
                     }
                 };
-                let pose = frames::compose(&place.pose, &origin);
+                let pose = place.pose.then(&origin);
                 if joint.moves() && on_path[index] {
                     // The joints of the path come one after another, as each hangs on the one
                     // before.
                     layout.moving.push(Moving { joint: index, placement: pose });
-                    let place = Place { body: place.body + 1, pose: frames::identity() };
+                    let place = Place { body: place.body + 1, pose: Pose::IDENTITY };
                     waiting.push((child, place));
                     continue;
                 }
@@ -146,8 +162,8 @@ impl Layout {
         tree: &Tree,
         path: &Path,
         options: &UrdfOptions,
-    ) -> Result<Vec<Vec<Inertia>>, ReadError> {
-        let mut bodies = vec![Vec::new(); self.moving.len()];
+    ) -> Result<Vec<Vec<Part>>, ReadError> {
+        let mut bodies: Vec<_> = self.moving.iter().map(|_| Vec::new()).collect();
         let mut on_path = vec![false; tree.links.len()];
         path.joints.iter().for_each(|&joint| on_path[tree.ends[joint].1] = true);
         for (index, link) in tree.links.iter().enumerate() {
@@ -157,12 +173,12 @@ impl Layout {
             };
             let read = options.inertial(source, link, &mut self.given);
             match read {
-                Ok(Some(inertial)) => {
-                    link.check(source, &inertial)?;
-                    parts.push(frames::carried(&inertial.inertia, &pose));
-                    if inertial.inertia.mass == 0.0 {
+                Ok(Some(stated)) => {
+                    let inertia = stated.inertia.transformed(&pose);
+                    if inertia.mass == 0.0 {
                         self.massless.push(index);
                     }
+                    parts.push(Part { link: index, stated, inertia });
                 }
                 Ok(None) => self.massless.push(index),
                 Err(error) if on_path[index] || options.gives(link) => return Err(error),
@@ -187,10 +203,10 @@ fn refuse_massless(
     source: &Source,
     tree: &Tree,
     layout: &Layout,
-    bodies: &[Vec<Inertia>],
+    bodies: &[Vec<Part>],
 ) -> Result<(), ReadError> {
     let (Some(moving), Some(parts)) = (layout.moving.last(), bodies.last()) else { return Ok(()) };
-    if parts.iter().any(|part| part.mass != 0.0) {
+    if parts.iter().any(|part| part.inertia.mass != 0.0) {
         return Ok(());
     }
     let link = &tree.links[tree.ends[moving.joint].1];
@@ -233,17 +249,37 @@ fn link(
     }
 }
 
-/// The checks of every description, here against numbers that are each finite but not together.
-fn check(
+/// Parts that are no body by themselves, of a body that is one.
+fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<String> {
+    let whole = &body.link.inertia;
+    if parts.len() < 2 || checks::how_far(whole).is_some() {
+        return Vec::new();
+    }
+    let flaws = parts.iter().filter_map(|part| Some((part.link, checks::how_far(&part.inertia)?)));
+    let carrier = quoted(&body.link_name);
+    flaws
+        .map(|(link, how_far)| {
+            let link = quoted(tree.links[link].name);
+            format!(
+                "link {link}: no body has {how_far}; with all that moves with {carrier} it is one"
+            )
+        })
+        .collect()
+}
+
+/// A problem with its line: of the first link that is no body, or of the joint.
+fn located(
     source: &Source,
     tree: &Tree,
-    moving: &[Moving],
-    description: &Description,
-) -> Result<(), ReadError> {
-    checks::check(description).map_err(|problem| {
-        match problem.joint.and_then(|joint| moving.get(joint)) {
-            Some(moving) => source.error(tree.joints[moving.joint].at, problem.message),
-            None => ReadError::new(problem.message),
-        }
-    })
+    (layout, bodies): (&Layout, &[Vec<Part>]),
+    problem: Problem,
+    options: &UrdfOptions,
+) -> ReadError {
+    let at = problem.joint.and_then(|at| Some((at, layout.moving.get(at)?)));
+    let Some((joint, moving)) = at else { return problem.into() };
+    let parts = bodies.get(joint).filter(|_| problem.of_body).into_iter().flatten();
+    let more = checks::way_on(options.unphysical);
+    let of_part = |part: &Part| tree.links[part.link].problem(source, &part.stated, more);
+    let first = parts.filter_map(of_part).next();
+    first.unwrap_or_else(|| source.error(tree.joints[moving.joint].at, problem.message))
 }

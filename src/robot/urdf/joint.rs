@@ -213,10 +213,10 @@ fn range(
         notes.push(format!("{owner}: <limit> with lower and upper 0 taken as no limit"));
         return Ok((f64::NEG_INFINITY, f64::INFINITY));
     }
-    if lower < upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY {
+    if lower <= upper && lower < f64::INFINITY && upper > f64::NEG_INFINITY {
         return Ok((lower, upper));
     }
     let message =
-        format!("{owner}, <limit>: got lower {lower} and upper {upper}, wants lower < upper");
+        format!("{owner}, <limit>: got lower {lower} and upper {upper}, wants lower <= upper");
     Err(source.error(attribute_at(limit, "lower"), message))
 }

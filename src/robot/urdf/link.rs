@@ -53,23 +53,23 @@ impl<'n, 'i> LinkPart<'n, 'i> {
         solid::uniform(source, self.node, &format!("link {}", quoted(self.name)), mass)
     }
 
-    /// Refuses a mass distribution that no body has; asked of links that move only.
-    pub fn check(&self, source: &Source, inertial: &Inertial) -> Result<(), ReadError> {
-        let owner = format!("link {}", quoted(self.name));
+    /// The complaint about a mass distribution that no body has, if it is one.
+    pub fn problem(&self, source: &Source, inertial: &Inertial, more: &str) -> Option<ReadError> {
         let Inertial { inertia, mass_at, moments_at } = inertial;
-        if inertia.mass < 0.0 {
-            let message =
-                format!("{owner}, <mass value>: got {}, wants a number >= 0", inertia.mass);
-            return Err(source.error(*mass_at, message));
-        }
-        checks::inertia(inertia)
-            .map_err(|problem| source.error(*moments_at, format!("{owner}, <inertia>, {problem}")))
+        let problem = checks::body_problem(inertia)?;
+        let owner = format!("link {}", quoted(self.name));
+        Some(match problem.strip_prefix("mass: ").filter(|_| inertia.mass < 0.0) {
+            Some(problem) => {
+                source.error(*mass_at, format!("{owner}, <mass value>: {problem}{more}"))
+            }
+            None => source.error(*moments_at, format!("{owner}, <inertia>, {problem}{more}")),
+        })
     }
 }
 
 /// `<origin>`, or no displacement.
 pub(super) fn origin(source: &Source, parent: Node, owner: &str) -> Result<Pose, ReadError> {
-    let Some(node) = source.child(parent, "origin", owner)? else { return Ok(frames::identity()) };
+    let Some(node) = source.child(parent, "origin", owner)? else { return Ok(Pose::IDENTITY) };
     let xyz = source.three(node, "xyz", owner)?.unwrap_or_default();
     let rpy = source.three(node, "rpy", owner)?.unwrap_or_default();
     Ok(Pose { rotation: frames::roll_pitch_yaw(rpy), translation: xyz.into() })
@@ -92,7 +92,7 @@ fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadEr
     let (xy, xz, yz) = (entry("ixy")?, entry("ixz")?, entry("iyz")?);
     let moments = Matrix::<3>::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
     Ok(Inertial {
-        inertia: frames::carried(&Inertia { mass, com: Vector3::zeros(), moments }, &frame),
+        inertia: Inertia { mass, com: Vector3::zeros(), moments }.transformed(&frame),
         mass_at: mass_node.range().start,
         moments_at: moments_node.range().start,
     })

@@ -5,12 +5,9 @@ use std::collections::BTreeMap;
 use super::elements::Source;
 use super::link::{Inertial, LinkPart};
 use super::tree::Tree;
-use crate::arm::Inertia;
+use crate::arm::{Inertia, Unphysical};
 use crate::robot::error::{listed, quoted};
-use crate::robot::{GRAVITY, ReadError};
-
-/// Given moments may be unequal across the diagonal by this share of the largest.
-const SYMMETRY: f64 = 1e-9;
+use crate::robot::{GRAVITY, ReadError, checks};
 
 /// What to read of a URDF, and what to put in the place of what it states.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,12 +26,16 @@ pub struct UrdfOptions {
     /// Mass distributions by link, in the link's frame, instead of what the file states or does
     /// not.
     pub inertials: BTreeMap<String, Inertia>,
+    /// What is done about a link that no body is: all that moves with a joint, together. What is no
+    /// body by itself but part of one is noted in any case.
+    pub unphysical: Unphysical,
 }
 
 impl Default for UrdfOptions {
     fn default() -> Self {
         let (masses, inertials) = (BTreeMap::new(), BTreeMap::new());
-        Self { base: None, tip: None, gravity: GRAVITY, masses, inertials }
+        let unphysical = Unphysical::Refuse;
+        Self { base: None, tip: None, gravity: GRAVITY, masses, inertials, unphysical }
     }
 }
 
@@ -64,12 +65,8 @@ impl UrdfOptions {
                     inertia.mass
                 ));
             }
-            let Inertia { com, moments, .. } = inertia;
-            if let Some(value) = com.iter().chain(moments.iter()).find(|value| !value.is_finite()) {
-                return refused(format!("com and moments: got {value}, wants finite numbers"));
-            }
-            if (moments - moments.transpose()).amax() > SYMMETRY * moments.amax() {
-                return refused("moments: got a matrix that is not symmetric".to_owned());
+            if let Some(problem) = checks::form_problem(inertia) {
+                return refused(problem);
             }
         }
         Ok(())

@@ -13,7 +13,7 @@ use super::elements::Source;
 use super::link::origin;
 use crate::arm::Inertia;
 use crate::math::Matrix;
-use crate::robot::{ReadError, frames};
+use crate::robot::ReadError;
 
 /// The body of this mass in the shape of `<collision>`, or else of `<visual>`, and which of them.
 /// None if there is no shape, or one that is a mesh: meshes are never opened.
@@ -31,7 +31,7 @@ pub(super) fn uniform(
             }
         }
         let parts: Option<Vec<_>> = parts.into_iter().collect();
-        let body = frames::merged(&parts.unwrap_or_default());
+        let body: Inertia = parts.unwrap_or_default().into_iter().sum();
         if body.mass > 0.0 {
             let moments = body.moments * (mass / body.mass);
             return Ok(Some((Inertia { mass, moments, com: body.com }, which)));
@@ -69,5 +69,5 @@ fn part(
     };
     let moments = Matrix::<3>::from_diagonal(&(Vector3::from(moments) * mass));
     let inertia = Inertia { mass, com: Vector3::zeros(), moments };
-    Ok(Some(frames::carried(&inertia, &origin(source, shape, owner)?)))
+    Ok(Some(inertia.transformed(&origin(source, shape, owner)?)))
 }

@@ -1,0 +1,112 @@
+//! A reference against an arm's limits, before it runs.
+
+use core::cell::RefCell;
+
+use pyo3::prelude::*;
+
+use super::simulate::Monitor;
+use super::sources::{AnyReference, Callback};
+use super::value_error;
+use crate::arm::Serial;
+use crate::design::{Excess, check_limits};
+use crate::math::Vector;
+use crate::reference::{Reference, Setpoint};
+
+/// A limit of a joint that a reference exceeds, where it does so most.
+#[pyclass(name = "Excess", module = "steadyarm", frozen, get_all)]
+pub(super) struct PyExcess {
+    /// Joint, from 0.
+    joint: usize,
+    /// Its name.
+    name: String,
+    /// "position", "velocity" or "effort".
+    bound: String,
+    /// The limit.
+    limit: f64,
+    /// What the reference asks for.
+    value: f64,
+    /// By how much.
+    by: f64,
+    /// When [s].
+    time: f64,
+    /// When it first exceeds the limit [s].
+    first: f64,
+    /// All of that in words.
+    message: String,
+}
+
+impl PyExcess {
+    pub fn new(name: String, excess: Excess) -> Self {
+        let Excess { joint, bound, limit, value, time, first, .. } = excess;
+        let (by, message) = (excess.by(), format!("joint {name:?}: {excess}"));
+        Self { joint, name, bound: bound.name().into(), limit, value, by, time, first, message }
+    }
+}
+
+#[pymethods]
+impl PyExcess {
+    #[new]
+    #[expect(clippy::too_many_arguments, reason = "a record")]
+    fn from_fields(
+        joint: usize,
+        name: String,
+        bound: String,
+        limit: f64,
+        value: f64,
+        by: f64,
+        time: f64,
+        first: f64,
+        message: String,
+    ) -> Self {
+        Self { joint, name, bound, limit, value, by, time, first, message }
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let Self { joint, name, bound, limit, value, by, time, first, message } = slf.get();
+        let arguments = (joint, name, bound, limit, value, by, time, first, message);
+        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?.into_any()))
+    }
+
+    fn __str__(&self) -> &str {
+        &self.message
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Excess({})", self.message)
+    }
+}
+
+/// A reference that can be stopped from the keyboard.
+struct Watched<'a, const N: usize> {
+    reference: &'a AnyReference<N>,
+    monitor: &'a RefCell<Monitor>,
+}
+
+impl<const N: usize> Reference<N> for Watched<'_, N> {
+    fn at(&self, t: f64) -> Setpoint<N> {
+        match self.monitor.borrow_mut().look(t).is_break() {
+            true => Setpoint::at_rest(Vector::repeat(f64::NAN)),
+            false => self.reference.at(t),
+        }
+    }
+}
+
+/// What a reference exceeds, looked at every dt up to the duration.
+pub(super) fn check<const N: usize>(
+    py: Python<'_>,
+    arm: &Serial<N>,
+    reference: &Bound<'_, PyAny>,
+    [duration, dt]: [f64; 2],
+) -> PyResult<Vec<Excess>> {
+    let reference = AnyReference::<N>::new(reference)?;
+    let (check, interrupted) = py.detach(|| {
+        let monitor = RefCell::new(Monitor::new(None));
+        let watched = Watched { reference: &reference, monitor: &monitor };
+        let check = check_limits(arm, &watched, duration, dt);
+        (check, monitor.into_inner().raised)
+    });
+    if let Some(error) = reference.callback().and_then(Callback::raised).or(interrupted) {
+        return Err(error);
+    }
+    Ok(check.map_err(value_error)?.excesses().copied().collect())
+}
