@@ -2,6 +2,8 @@
 //!
 //! The platform's `exp` or `sin` differs between C libraries; these come from the `libm` crate.
 
+use core::f64::consts::{PI, TAU};
+
 /// A column of `N` joint values.
 pub type Vector<const N: usize> = nalgebra::SVector<f64, N>;
 
@@ -38,10 +40,12 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
 /// f64 next to 2π.
 #[inline]
 pub(crate) fn around(x: f64) -> f64 {
-    use core::f64::consts::{PI, TAU};
-    if (-PI..PI).contains(&x) {
-        return x;
-    }
+    if (-PI..PI).contains(&x) { x } else { brought_around(x) }
+}
+
+#[cold]
+#[inline(never)]
+fn brought_around(x: f64) -> f64 {
     let rest = libm::remainder(x, TAU);
     if rest >= PI { rest - TAU } else { rest }
 }
@@ -60,9 +64,7 @@ pub fn sqrt(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use core::f64::consts::{PI, TAU};
-
-    use super::around;
+    use super::{PI, TAU, around};
 
     #[test]
     fn an_angle_is_brought_into_its_turn_and_not_touched_there() {

@@ -54,14 +54,19 @@ impl<const N: usize> Sample<N> {
     /// the circle: −π ≤ e < π. q and q_d stay as they are.
     #[inline]
     pub fn wrapped(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>, wraps: &[bool; N]) -> Self {
-        let mut sample = Self::new(q, dq, desired);
-        for n in 0..N {
-            if wraps[n] {
-                sample.e[n] = around(sample.e[n]);
-            }
+        let mut e = q - desired.q;
+        // Asked of all joints at once: most arms have none.
+        if wraps.iter().fold(false, |any, wraps| any | wraps) {
+            e = around_where(wraps, &e);
         }
-        sample
+        Self { q, dq, desired, e, de: dq - desired.dq }
     }
+}
+
+/// The error of the joints that wrap around the circle. Out of the way of arms without such joints.
+#[inline(never)]
+fn around_where<const N: usize>(wraps: &[bool; N], e: &Vector<N>) -> Vector<N> {
+    Vector::from_fn(|n, _| if wraps[n] { around(e[n]) } else { e[n] })
 }
 
 /// One row of a Runge-Kutta tableau: `z = z₀ + h Σ aⱼ żⱼ` at time `t₀ + c h`.
