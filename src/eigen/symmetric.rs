@@ -1,5 +1,8 @@
 //! Eigenvalues of symmetric matrices.
 
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
+
 use super::power_of_two_near;
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, sqrt};
@@ -12,9 +15,20 @@ const SWEEPS: usize = 60;
 /// # Errors
 /// `NotFinite` for NaN or an infinity, `NoConvergence` if 60 QL sweeps do not suffice for one of them.
 pub fn symmetric_eigenvalues<const S: usize>(a: &Matrix<S>) -> Result<[f64; S]> {
+    Ok(symmetric_spectrum(a)?.into())
+}
+
+/// [`symmetric_eigenvalues`] of a matrix whose size is known when compiling or when running.
+pub(crate) fn symmetric_spectrum<S: Dim>(a: &OMatrix<f64, S, S>) -> Result<OVector<f64, S>>
+where
+    DefaultAllocator: Allocator<S, S> + Allocator<S>,
+{
     finite("a", a.as_slice())?;
-    let (mut work, mut values, mut off) = (*a, [0.0; S], [0.0; S]);
-    symmetric_in_place(S, work.as_mut_slice(), &mut values, &mut off)?;
+    let (size, mut work) = (a.shape_generic().0, a.clone());
+    let mut values = OVector::zeros_generic(size, U1);
+    let mut off = values.clone();
+    let (into, off) = (values.as_mut_slice(), off.as_mut_slice());
+    symmetric_in_place(size.value(), work.as_mut_slice(), into, off)?;
     Ok(values)
 }
 

@@ -63,7 +63,7 @@ impl JointSolution {
 /// `NotFinite`, `OutOfRange`, or `NoStabilizingSolution` unless both radicands are > 0.
 pub fn joint(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<JointSolution> {
     check(kp, kv, q1, q2)?;
-    super::check_gamma(gamma)?;
+    super::attenuation::check_gamma(gamma)?;
     // √(x² − y/γ²) as a product: exact at the limit, and no overflow.
     let root = |x: f64, y: f64| {
         let level = sqrt(y) / gamma;
@@ -120,7 +120,7 @@ pub fn joint_gamma_opt(kp: f64, kv: f64, q1: f64, q2: f64) -> Result<f64> {
 /// # Errors
 /// `NotFinite`, `OutOfRange`.
 pub fn joint_max_scale(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<f64> {
-    super::check_gamma(gamma)?;
+    super::attenuation::check_gamma(gamma)?;
     Ok(scale(gamma, joint_gamma_opt(kp, kv, q1, q2)?))
 }
 
