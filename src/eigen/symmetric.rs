@@ -9,6 +9,8 @@ use crate::math::{Matrix, sqrt};
 
 /// QL sweeps allowed per eigenvalue; two is usual, EISPACK's limit is 30.
 const SWEEPS: usize = 60;
+/// A subdiagonal entry below this is zero, next to a largest entry of 1/2..1: what is left of a block of zeros by rounding.
+const NEGLIGIBLE: f64 = 1e-17;
 
 /// The eigenvalues of the symmetric matrix `a`, in no particular order; only its lower triangle is read.
 ///
@@ -111,7 +113,7 @@ fn implicit_ql(d: &mut [f64], e: &mut [f64]) -> Result<()> {
         loop {
             let end = (l..n - 1).find(|&m| {
                 let around = d[m].abs() + d[m + 1].abs();
-                e[m].abs() + around == around
+                e[m].abs() + around == around || e[m].abs() < NEGLIGIBLE
             });
             let m = end.unwrap_or(n - 1);
             if m == l {

@@ -13,6 +13,8 @@ use crate::error::{Error, Result, finite, within};
 
 /// γ this close above γ_opt, relative, cannot be told from it.
 const INDISTINCT: f64 = 1e-9;
+/// γ above γ_opt by this factor is believed to have a solution because the search has found no frequency with a larger gain.
+const SEARCHED: f64 = 1.001;
 const UNSOLVED: Error = Error::NoConvergence { computing: "riccati solution" };
 
 /// See [`super::bounded_real`].
@@ -29,17 +31,18 @@ where
     let Plant { q, modes } = Plant::check(a, b, q)?;
     let scaled = Scaled::new(a, &(b / gamma), &q, true);
     let slow = modes.map(|z| z / scaled.time);
-    if let Some(p) = solve(&scaled.balanced, &slow, false) {
-        return certify(&scaled, &p, Wanted::POSITIVE);
+    if let Some(found) = solve(&scaled.balanced, &slow, false) {
+        return certify(&scaled, &found.p, Wanted::POSITIVE);
     }
     let Limit { gamma_opt, proven } = peak(a, b, &q, &modes)?;
     if gamma <= gamma_opt * (1.0 + INDISTINCT) {
         let max_scale = scale(gamma, gamma_opt);
         return Err(Error::NoStabilizingSolution { gamma, gamma_opt, max_scale });
     }
-    // So near the limit that rounding hid the proof; the peak supplies it.
-    let known = (gamma >= proven).then(|| solve(&scaled.balanced, &slow, true)).flatten();
-    certify(&scaled, &known.ok_or(UNSOLVED)?, Wanted::POSITIVE)
+    // Rounding hid the proof, near the limit or because P is large; the search for the peak supplies it.
+    let exists = gamma >= proven.min(gamma_opt * SEARCHED);
+    let known = exists.then(|| solve(&scaled.balanced, &slow, true)).flatten();
+    certify(&scaled, &known.ok_or(UNSOLVED)?.p, Wanted::POSITIVE)
 }
 
 /// See [`super::gamma_opt`].

@@ -20,9 +20,6 @@ pub(super) const DOUBLINGS: usize = 60;
 const NEAR: f64 = 1e-8;
 /// … once the transition matrix has shrunk so far (squared norm), so that no slow mode is still to come.
 pub(super) const FADED: f64 = 1e-6;
-/// Shifts tried, in units of the natural one, should a first one hit an eigenvalue of A.
-const SHIFTS: [f64; 3] = [1.0, 3.7, 0.29];
-
 /// The stabilising solution P of `problem` with Q ≥ 0, or `None`; `modes` are the eigenvalues of its A.
 ///
 /// `exists` says that there is one; else its existence is proven too.
@@ -30,18 +27,15 @@ pub(super) fn solve<S: Dim, M: Dim>(
     problem: &Problem<S, M>,
     modes: &Modes<S>,
     exists: bool,
-) -> Option<Square<S>>
+) -> Option<Refined<S>>
 where
     DefaultAllocator: Room<S, M>,
 {
-    let attempt = |&factor: &f64| {
-        let shift = factor * problem.shift(modes);
-        let Refined { p, proven } = newton(problem, limit(problem, shift)?, shift, exists)?;
-        (proven || exists).then_some(p)
+    let attempt = |shift: f64| {
+        let found = newton(problem, limit(problem, shift)?, shift, exists)?;
+        found.proven.then_some(found)
     };
-    // With G ≤ 0 and a Hurwitz A any shift is as good as another.
-    let attempts = if problem.bounded { &SHIFTS[..1] } else { &SHIFTS[..] };
-    attempts.iter().find_map(attempt)
+    problem.shifts(modes).find_map(attempt)
 }
 
 /// The limit of the doubling.

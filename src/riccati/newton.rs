@@ -66,12 +66,13 @@ where
     }
 }
 
-/// Where Newton's method ended, and whether a stabilising solution is proven to stand next to it.
+/// Where Newton's method ended, with what shift, and whether a stabilising solution is proven to stand next to it.
 pub(super) struct Refined<S: Dim>
 where
     DefaultAllocator: Room<S, S>,
 {
     pub(super) p: Square<S>,
+    pub(super) shift: f64,
     pub(super) proven: bool,
 }
 
@@ -118,7 +119,7 @@ where
         };
         p += x;
     }
-    Some(Refined { p: best, proven })
+    Some(Refined { p: best, shift, proven })
 }
 
 /// The X of `CᵀX + XC + R = 0` for each right side R, to about six digits, by Smith's doubling: `E = (C + s)(C − s)⁻¹`,

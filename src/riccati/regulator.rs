@@ -52,8 +52,8 @@ where
     let modes = spectrum(&scaled.balanced.a)?;
     let semidefinite = definiteness(&q)? >= 0.0;
     if semidefinite {
-        let p = solve(&scaled.balanced, &modes, true);
-        if let Some(Ok(found)) = p.map(|p| certify(&scaled, &p, Wanted::POSITIVE)) {
+        let found = solve(&scaled.balanced, &modes, true);
+        if let Some(Ok(found)) = found.map(|found| certify(&scaled, &found.p, Wanted::POSITIVE)) {
             return Ok(found);
         }
     }
@@ -73,9 +73,8 @@ where
     DefaultAllocator: Room<S, M> + Room<S, S>,
 {
     let problem = &scaled.balanced;
-    let larger = problem.seeing_every_mode();
-    let start = solve(&larger, modes, true)?;
-    let found = newton(problem, start, larger.shift(modes), false)?;
+    let start = solve(&problem.seeing_every_mode(), modes, true)?;
+    let found = newton(problem, start.p, start.shift, false)?;
     let wanted = match (semidefinite, found.proven) {
         (true, true) => Wanted::POSITIVE,
         (true, false) => return None,

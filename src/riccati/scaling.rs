@@ -53,7 +53,19 @@ where
         Self { q: plus_diagonal(self.q.clone(), weight), ..self.clone() }
     }
 
-    /// A shift for the Cayley transform: the geometric mean of the slowest and the fastest mode.
+    /// Shifts for the Cayley transform, to be tried in turn. The first is the natural one. A matrix far from normal, with a large
+    /// (A − s)⁻¹ for every s that is not, wants the second, and one that was hit by an eigenvalue of A the others.
+    pub(super) fn shifts(&self, modes: &Modes<S>) -> impl Iterator<Item = f64> {
+        let natural = self.shift(modes);
+        let coupling = if self.bounded { 0.0 } else { self.g.amax() * self.q.amax() };
+        let size = self.a.norm_squared() / self.a.nrows() as f64 + coupling;
+        let shifts = [natural, sqrt(size), 3.7 * natural, 0.29 * natural];
+        // A Hurwitz A is never hit.
+        let tried = if self.bounded { 2 } else { shifts.len() };
+        shifts.into_iter().take(tried).filter(|&shift| shift > 0.0)
+    }
+
+    /// The geometric mean of the slowest and the fastest mode.
     ///
     /// `modes` are the eigenvalues of A; the closed loop has faster ones if G Q is large.
     pub(super) fn shift(&self, modes: &Modes<S>) -> f64 {
