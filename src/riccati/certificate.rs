@@ -13,6 +13,9 @@ use crate::error::{Error, Result, finite};
 const SYMMETRY: f64 = 1e-12;
 /// An eigenvalue above minus this, relative to the largest, counts as zero: what rounding leaves.
 const ZERO: f64 = 1e-13;
+/// An eigenvalue of P above minus this, relative to the largest, counts as zero. With an accurate P and a Hurwitz closed loop P ≥ 0
+/// follows from Q ≥ 0, but for what rounding leaves where P is ill-conditioned.
+const ZERO_OF_P: f64 = 1e-9;
 /// A closed loop is Hurwitz if its slowest mode is left of minus this, relative to its norm: what rounding cannot have moved there.
 const ROUNDING: f64 = 1e-14;
 
@@ -61,7 +64,7 @@ where
     let hurwitz = max_real < 0.0 && -max_real > wanted.margin * scaled.balanced_norm(&closed_loop);
     let positive = || -> Result<bool> {
         Ok(Cholesky::new(balanced.clone()).is_some()
-            || smallest(balanced)? >= -ZERO * balanced.norm())
+            || smallest(balanced)? >= -ZERO_OF_P * balanced.norm())
     };
     if !(residual <= RESIDUAL_LIMIT && hurwitz && (!wanted.positive || positive()?)) {
         return Err(refused);

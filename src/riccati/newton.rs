@@ -15,12 +15,14 @@ use super::scaling::Problem;
 
 /// Newton steps allowed: one is usual after doubling, ten from elsewhere, thirty with modes on the imaginary axis.
 const STEPS: usize = 60;
-/// A relative residual above this says that the steps are still far away, where it need not fall.
-const FAR: f64 = 0.1;
-/// Steps that may be made without improvement while the proof is still missing.
-const IDLE: usize = 4;
-/// A relative residual of this many roundings cannot be improved.
-const ROUNDINGS: f64 = 4.0;
+/// A step this small, relative to P, is the last: the next would be its square.
+const LAST: f64 = 1e-10;
+/// Steps larger than this, relative to P, need not shrink: P is still far away.
+const FAR: f64 = 1e-2;
+/// Nearer, steps that do not shrink by this factor are rounding; with modes on the imaginary axis they halve.
+const SHRINKING: f64 = 0.9;
+/// Steps that may be made for the proof alone.
+const IDLE: usize = 3;
 /// The proof must hold by this factor, for the rounding of the residual itself: it is as large as the residual, and as random.
 const SAFETY: f64 = 4.0;
 /// A transition matrix that has grown so far (squared norm) leaves no digit: its closed loop is not Hurwitz.
@@ -33,8 +35,6 @@ where
 {
     value: Square<S>,
     pub(super) closed_loop: Square<S>,
-    /// |value| over the norms of its four terms: what Newton's method drives down.
-    relative: f64,
     /// |value| / (2|A||P| + |G||P|² + |Q|): a few roundings, however much cancels in PA.
     pub(super) backward: f64,
 }
@@ -52,15 +52,13 @@ where
         let sign = if problem.bounded { -1.0 } else { 1.0 };
         let pf = mul(p, &problem.f);
         let fp = pf.transpose() * sign;
-        let pgp = mul(&pf, &fp);
-        let value = symmetric(&pa + pa.transpose() - &pgp + &problem.q);
+        let value = symmetric(&pa + pa.transpose() - mul(&pf, &fp) + &problem.q);
         let [a, g, q] = [&problem.a, &problem.g, &problem.q].map(Square::<S>::norm);
         let size = p.norm();
-        let over = |terms: f64| if terms == 0.0 { 0.0 } else { value.norm() / terms };
+        let terms = 2.0 * a * size + g * size * size + q;
         Self {
             closed_loop: &problem.a - mul(&problem.f, &fp),
-            relative: over(2.0 * pa.norm() + pgp.norm() + q),
-            backward: over(2.0 * a * size + g * size * size + q),
+            backward: if terms == 0.0 { 0.0 } else { value.norm() / terms },
             value,
         }
     }
@@ -91,22 +89,9 @@ pub(super) fn newton<S: Dim, M: Dim>(
 where
     DefaultAllocator: Room<S, M>,
 {
-    let (mut best, mut least) = (p.clone(), f64::INFINITY);
-    let (mut proven, mut idle) = (exists, 0);
+    let (mut last, mut proven, mut idle) = (f64::INFINITY, exists, 0);
     for _ in 0..STEPS {
-        let residual = Residual::of(problem, &p);
-        let relative = residual.relative;
-        let improving = relative < 0.5 * least || relative > FAR;
-        if relative < least {
-            (best, least) = (p.clone(), relative);
-        }
-        if !improving || relative <= ROUNDINGS * f64::EPSILON {
-            if proven || idle == IDLE {
-                break;
-            }
-            idle += 1;
-        }
-        let Residual { closed_loop: c, value, .. } = residual;
+        let Residual { closed_loop: c, value, .. } = Residual::of(problem, &p);
         let x = if proven {
             let [x] = lyapunov(&c, [value], shift)?;
             x
@@ -117,9 +102,20 @@ where
             proven = 4.0 * SAFETY * mul(&f, &x).norm() * mul(&f, &z).norm() < 1.0;
             x
         };
-        p += x;
+        let (step, size) = (x.norm(), p.norm());
+        let shrinking = step < SHRINKING * last || step > FAR * size;
+        if shrinking {
+            p += x;
+        }
+        if !shrinking || step <= LAST * size {
+            if proven || idle == IDLE {
+                return Some(Refined { p, shift, proven });
+            }
+            idle += 1;
+        }
+        last = step;
     }
-    Some(Refined { p: best, shift, proven })
+    None
 }
 
 /// The X of `CᵀX + XC + R = 0` for each right side R, to about six digits, by Smith's doubling: `E = (C + s)(C − s)⁻¹`,

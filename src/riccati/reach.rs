@@ -1,7 +1,7 @@
-//! The states that the inputs do not reach, by the controllability staircase.
+//! The modes that the inputs do not reach, by the controllability staircase.
 //!
 //! Reflectors turn (A, F) into `[A₁ *; 0 A₂]`, `[F₁; 0]`, step by step: the rank of F, then the rank of what those states drive,
-//! and so on. The pair is stabilisable iff A₂ is Hurwitz.
+//! and so on. The pair is stabilisable iff A₂ is Hurwitz. What a weight Q does not see are the modes of Aᵀ that it does not reach.
 //!
 //! Source: Van Dooren, "The generalized eigenstructure problem in linear system theory", IEEE Transactions on
 //! Automatic Control 26 (1981).
@@ -12,15 +12,19 @@ use nalgebra::{DefaultAllocator, Dim, U1};
 
 use super::kernels::{Modes, Room, Square, Tall};
 use super::reflector::Reflector;
-use crate::eigen::{Complex, eigenvalues_in_place, largest_real};
+use crate::eigen::{Complex, eigenvalues_in_place};
 use crate::error::Result;
 use crate::math::sqrt;
 
 /// A column this small, relative to the whole matrix, drives nothing.
 const NOTHING: f64 = 1e-13;
 
-/// The largest real part of a mode of A that F does not reach; −∞ if it reaches all.
-pub(super) fn unreached<S: Dim, M: Dim>(a: &Square<S>, f: &Tall<S, M>) -> Result<f64>
+/// What `judge` says of the modes of A that F does not reach.
+pub(super) fn unreached<S: Dim, M: Dim, T>(
+    a: &Square<S>,
+    f: &Tall<S, M>,
+    judge: impl Fn(&[Complex]) -> T,
+) -> Result<T>
 where
     DefaultAllocator: Room<S, M>,
 {
@@ -43,7 +47,7 @@ where
     let mut modes = Modes::from_element_generic(a.shape_generic().0, U1, zero);
     let modes = &mut modes.as_mut_slice()[..left];
     eigenvalues_in_place(left, rest, modes)?;
-    Ok(largest_real(modes))
+    Ok(judge(modes))
 }
 
 struct Pair<S: Dim, M: Dim>

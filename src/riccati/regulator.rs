@@ -15,14 +15,18 @@ use super::kernels::{Modes, Room, Square, Tall};
 use super::newton::newton;
 use super::reach::unreached;
 use super::scaling::{Problem, Scaled};
-use crate::eigen::{modulus, spectrum};
+use crate::eigen::{Complex, largest_real, modulus, spectrum};
 use crate::error::{Error, Result, finite};
 
-/// With Q indefinite and no proof, the closed loop must stand this far from the axis, relative to its norm: ten times what the
+/// Without a proof the closed loop must stand this far from the axis, relative to its norm: ten times what the
 /// rounding of a double eigenvalue can move.
 const MARGIN: f64 = 1e-9;
-/// A mode that is not reached and stands right of minus this, relative to the norm of A, is not Hurwitz.
-const HURWITZ: f64 = 1e-8;
+/// A mode that is not reached (not seen) and stands this close to the axis, relative to the norm of A, is why nothing was found.
+const HURWITZ: f64 = 1e-7;
+/// … and this close it is on the axis but for rounding, even if something was found.
+const ROUNDING: f64 = 1e-12;
+/// A closed loop with a mode this close to the axis, relative to the norm of A, is looked at twice.
+const SLOW: f64 = 1e-3;
 /// An eigenvalue of the Hamiltonian matrix this close to the axis, relative to the largest, cannot be told from one on it: the
 /// rounding of a fourfold one.
 const AXIS: f64 = 1e-4;
@@ -51,16 +55,16 @@ where
     let scaled = Scaled::new(a, &half.transpose(), &q, false);
     let modes = spectrum(&scaled.balanced.a)?;
     let semidefinite = definiteness(&q)? >= 0.0;
-    if semidefinite {
-        let found = solve(&scaled.balanced, &modes, true);
-        if let Some(Ok(found)) = found.map(|found| certify(&scaled, &found.p, Wanted::POSITIVE)) {
-            return Ok(found);
-        }
-    }
-    match from_above(&scaled, &modes, semidefinite) {
-        Some(found) => Ok(found),
-        None => Err(refusal(&scaled)?),
-    }
+    let direct =
+        || certify(&scaled, &solve(&scaled.balanced, &modes, true)?.p, Wanted::POSITIVE).ok();
+    let found = if semidefinite { direct() } else { None };
+    let Some(found) = found.or_else(|| from_above(&scaled, &modes, semidefinite)) else {
+        return Err(refusal(&scaled, semidefinite)?);
+    };
+    // A mode on the axis that Q does not see: rounding of Q lets it, and moves it by the root of the rounding or less.
+    let slow = -found.max_real < SLOW * scaled.balanced.a.norm() * scaled.time;
+    let unseen = if semidefinite && slow { unseen_on_axis(&scaled, ROUNDING)? } else { None };
+    unseen.map_or(Ok(found), Err)
 }
 
 /// The stabilising solution by Newton's method, from that for a larger weight.
@@ -75,33 +79,46 @@ where
     let problem = &scaled.balanced;
     let start = solve(&problem.seeing_every_mode(), modes, true)?;
     let found = newton(problem, start.p, start.shift, false)?;
-    let wanted = match (semidefinite, found.proven) {
-        (true, true) => Wanted::POSITIVE,
-        (true, false) => return None,
-        (false, true) => Wanted::STABILIZING,
-        (false, false) => Wanted { margin: MARGIN, ..Wanted::STABILIZING },
-    };
+    let wanted = if semidefinite { Wanted::POSITIVE } else { Wanted::STABILIZING };
+    let wanted = if found.proven { wanted } else { Wanted { margin: MARGIN, ..wanted } };
+    if semidefinite && !found.proven && unseen_on_axis(scaled, HURWITZ).ok()?.is_some() {
+        return None;
+    }
     certify(scaled, &found.p, wanted).ok()
 }
 
 /// Why nothing was found.
-fn refusal<S: Dim, M: Dim>(scaled: &Scaled<S, M>) -> Result<Error>
+fn refusal<S: Dim, M: Dim>(scaled: &Scaled<S, M>, semidefinite: bool) -> Result<Error>
 where
-    DefaultAllocator: Room<S, M>,
+    DefaultAllocator: Room<S, M> + Room<S, S>,
 {
     let Problem { a, f, .. } = &scaled.balanced;
-    if unreached(a, f)? >= -HURWITZ * a.norm() {
+    if unreached(a, f, largest_real)? >= -HURWITZ * a.norm() {
         return Ok(Error::NotStabilizable { parameter: "b" });
+    }
+    if semidefinite && let Some(refusal) = unseen_on_axis(scaled, HURWITZ)? {
+        return Ok(refusal);
     }
     let values = hamiltonian::eigenvalues(&scaled.balanced)?;
     let values = values.as_slice().as_flattened();
     let largest = values.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
-    let nearest = values.iter().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs()));
-    match nearest {
-        Some(z) if z.re.abs() <= AXIS * largest => {
-            let frequency = z.im.abs() * scaled.time;
-            Ok(Error::ModeOnAxis { parameter: "q", frequency })
-        }
-        _ => Ok(Error::NoConvergence { computing: "riccati solution" }),
-    }
+    let refusal = on_axis(values, AXIS * largest, scaled.time);
+    Ok(refusal.unwrap_or(Error::NoConvergence { computing: "riccati solution" }))
+}
+
+/// The refusal for a mode of A on the imaginary axis that Q does not see.
+fn unseen_on_axis<S: Dim, M: Dim>(scaled: &Scaled<S, M>, within: f64) -> Result<Option<Error>>
+where
+    DefaultAllocator: Room<S, M> + Room<S, S>,
+{
+    let Problem { a, q, .. } = &scaled.balanced;
+    let judge = |modes: &[Complex]| on_axis(modes, within * a.norm(), scaled.time);
+    unreached(&a.transpose(), q, judge)
+}
+
+/// The refusal for the one of `values` nearest to the imaginary axis, if it is within `distance`.
+fn on_axis(values: &[Complex], distance: f64, time: f64) -> Option<Error> {
+    let nearest = values.iter().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs()))?;
+    let frequency = nearest.im.abs() * time;
+    (nearest.re.abs() <= distance).then_some(Error::ModeOnAxis { parameter: "q", frequency })
 }
