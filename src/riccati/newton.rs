@@ -89,33 +89,47 @@ pub(super) fn newton<S: Dim, M: Dim>(
 where
     DefaultAllocator: Room<S, M>,
 {
-    let (mut last, mut proven, mut idle) = (f64::INFINITY, exists, 0);
+    let (mut last, mut idle, mut end) = (f64::INFINITY, 0, None);
+    let mut proven = exists;
     for _ in 0..STEPS {
-        let Residual { closed_loop: c, value, .. } = Residual::of(problem, &p);
-        let x = if proven {
-            let [x] = lyapunov(&c, [value], shift)?;
-            x
-        } else {
-            let identity = Square::identity_generic(c.shape_generic().0, c.shape_generic().1);
-            let [x, z] = lyapunov(&c, [value, identity], shift)?;
-            let f = problem.f.transpose();
-            proven = 4.0 * SAFETY * mul(&f, &x).norm() * mul(&f, &z).norm() < 1.0;
-            x
-        };
-        let (step, size) = (x.norm(), p.norm());
-        let shrinking = step < SHRINKING * last || step > FAR * size;
+        let residual = Residual::of(problem, &p);
+        let Some(x) = step(problem, residual, shift, &mut proven) else { break };
+        let (length, size) = (x.norm(), p.norm());
+        let shrinking = length < SHRINKING * last || length > FAR * size;
         if shrinking {
             p += x;
         }
-        if !shrinking || step <= LAST * size {
+        if !shrinking || length <= LAST * size {
+            end.get_or_insert_with(|| p.clone());
             if proven || idle == IDLE {
-                return Some(Refined { p, shift, proven });
+                break;
             }
             idle += 1;
         }
-        last = step;
+        last = length;
     }
-    None
+    end.map(|p| Refined { p, shift, proven })
+}
+
+/// The step from a P with this residual; `proven` becomes true if it shows that there is a solution. `None` unless C is Hurwitz.
+fn step<S: Dim, M: Dim>(
+    problem: &Problem<S, M>,
+    Residual { closed_loop: c, value, .. }: Residual<S>,
+    shift: f64,
+    proven: &mut bool,
+) -> Option<Square<S>>
+where
+    DefaultAllocator: Room<S, M>,
+{
+    if *proven {
+        let [x] = lyapunov(&c, [value], shift)?;
+        return Some(x);
+    }
+    let identity = Square::identity_generic(c.shape_generic().0, c.shape_generic().1);
+    let [x, z] = lyapunov(&c, [value, identity], shift)?;
+    let f = problem.f.transpose();
+    *proven = 4.0 * SAFETY * mul(&f, &x).norm() * mul(&f, &z).norm() < 1.0;
+    Some(x)
 }
 
 /// The X of `CᵀX + XC + R = 0` for each right side R, to about six digits, by Smith's doubling: `E = (C + s)(C − s)⁻¹`,

@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::math::sqrt;
 
 /// A column this small, relative to the whole matrix, drives nothing.
-const NOTHING: f64 = 1e-13;
+const NOTHING: f64 = 1e-10;
 
 /// What `judge` says of the modes of A that F does not reach.
 pub(super) fn unreached<S: Dim, M: Dim, T>(

@@ -21,12 +21,12 @@ use crate::error::{Error, Result, finite};
 /// Without a proof the closed loop must stand this far from the axis, relative to its norm: ten times what the
 /// rounding of a double eigenvalue can move.
 const MARGIN: f64 = 1e-9;
-/// A mode that is not reached (not seen) and stands this close to the axis, relative to the norm of A, is why nothing was found.
+/// A mode that is not reached (not seen) and stands this close to the axis, relative to the norm of A, counts as on it.
 const HURWITZ: f64 = 1e-7;
-/// … and this close it is on the axis but for rounding, even if something was found.
-const ROUNDING: f64 = 1e-12;
 /// A closed loop with a mode this close to the axis, relative to the norm of A, is looked at twice.
 const SLOW: f64 = 1e-3;
+/// A hidden mode much nearer to the axis than the slowest one of the closed loop was moved by rounding alone.
+const UNMOVED: f64 = 0.1;
 /// An eigenvalue of the Hamiltonian matrix this close to the axis, relative to the largest, cannot be told from one on it: the
 /// rounding of a fourfold one.
 const AXIS: f64 = 1e-4;
@@ -61,10 +61,12 @@ where
     let Some(found) = found.or_else(|| from_above(&scaled, &modes, semidefinite)) else {
         return Err(refusal(&scaled, semidefinite)?);
     };
-    // A mode on the axis that Q does not see: rounding of Q lets it, and moves it by the root of the rounding or less.
-    let slow = -found.max_real < SLOW * scaled.balanced.a.norm() * scaled.time;
-    let unseen = if semidefinite && slow { unseen_on_axis(&scaled, ROUNDING)? } else { None };
-    unseen.map_or(Ok(found), Err)
+    // Rounding lets a mode on the axis be reached, or seen, and moves it by its root or less.
+    let slowest = -found.max_real / scaled.time;
+    if slowest > SLOW * scaled.balanced.a.norm() {
+        return Ok(found);
+    }
+    hidden_mode(&scaled, semidefinite, UNMOVED * slowest)?.map_or(Ok(found), Err)
 }
 
 /// The stabilising solution by Newton's method, from that for a larger weight.
@@ -81,7 +83,7 @@ where
     let found = newton(problem, start.p, start.shift, false)?;
     let wanted = if semidefinite { Wanted::POSITIVE } else { Wanted::STABILIZING };
     let wanted = if found.proven { wanted } else { Wanted { margin: MARGIN, ..wanted } };
-    if semidefinite && !found.proven && unseen_on_axis(scaled, HURWITZ).ok()?.is_some() {
+    if !found.proven && hidden_mode(scaled, semidefinite, f64::INFINITY).ok()?.is_some() {
         return None;
     }
     certify(scaled, &found.p, wanted).ok()
@@ -92,11 +94,7 @@ fn refusal<S: Dim, M: Dim>(scaled: &Scaled<S, M>, semidefinite: bool) -> Result<
 where
     DefaultAllocator: Room<S, M> + Room<S, S>,
 {
-    let Problem { a, f, .. } = &scaled.balanced;
-    if unreached(a, f, largest_real)? >= -HURWITZ * a.norm() {
-        return Ok(Error::NotStabilizable { parameter: "b" });
-    }
-    if semidefinite && let Some(refusal) = unseen_on_axis(scaled, HURWITZ)? {
+    if let Some(refusal) = hidden_mode(scaled, semidefinite, f64::INFINITY)? {
         return Ok(refusal);
     }
     let values = hamiltonian::eigenvalues(&scaled.balanced)?;
@@ -106,14 +104,25 @@ where
     Ok(refusal.unwrap_or(Error::NoConvergence { computing: "riccati solution" }))
 }
 
-/// The refusal for a mode of A on the imaginary axis that Q does not see.
-fn unseen_on_axis<S: Dim, M: Dim>(scaled: &Scaled<S, M>, within: f64) -> Result<Option<Error>>
+/// The refusal for a mode of A that B does not reach, right of the axis or nearly, or that a Q ≥ 0 does not see, on the axis or
+/// nearly; nearly is within `distance` at most, in balanced units.
+fn hidden_mode<S: Dim, M: Dim>(
+    scaled: &Scaled<S, M>,
+    semidefinite: bool,
+    distance: f64,
+) -> Result<Option<Error>>
 where
     DefaultAllocator: Room<S, M> + Room<S, S>,
 {
-    let Problem { a, q, .. } = &scaled.balanced;
-    let judge = |modes: &[Complex]| on_axis(modes, within * a.norm(), scaled.time);
-    unreached(&a.transpose(), q, judge)
+    let Problem { a, f, q, .. } = &scaled.balanced;
+    let distance = distance.min(HURWITZ * a.norm());
+    if unreached(a, f, largest_real)? >= -distance {
+        return Ok(Some(Error::NotStabilizable { parameter: "b" }));
+    }
+    if !semidefinite {
+        return Ok(None);
+    }
+    unreached(&a.transpose(), q, |modes| on_axis(modes, distance, scaled.time))
 }
 
 /// The refusal for the one of `values` nearest to the imaginary axis, if it is within `distance`.
