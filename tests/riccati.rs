@@ -13,7 +13,8 @@ use steadyarm::riccati::{
     joint_max_scale,
 };
 
-/// What every sane problem reaches relative to the terms themselves, which may be far below the product of their norms.
+/// What every sane problem reaches relative to the terms themselves, which may be far below the
+/// product of their norms.
 const RESIDUAL: f64 = 1e-12;
 /// The golden values are given to 13 digits.
 const GOLDEN: f64 = 1e-12;

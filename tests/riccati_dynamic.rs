@@ -1,4 +1,4 @@
-//! Riccati equations of a size known when running: solutions known by construction, any size, any symmetric Q.
+//! Riccati equations of a size known when running: solutions known by construction, any symmetric Q.
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 #[path = "common/random.rs"]
@@ -28,7 +28,8 @@ fn hurwitz(random: &mut Random, n: usize) -> DMatrix<f64> {
     a
 }
 
-/// A, B, Q, R with the stabilising solution P: the closed loop C chosen first, then A = C + GP, Q = PGP − AᵀP − PA.
+/// A, B, Q, R with the stabilising solution P: the closed loop C chosen first, then A = C + GP and
+/// Q = PGP − AᵀP − PA.
 fn constructed(random: &mut Random, n: usize) -> [DMatrix<f64>; 5] {
     let m = 1 + n / 2;
     let (b, p, c) = (matrix(random, n, m), symmetric(random, n), hurwitz(random, n));

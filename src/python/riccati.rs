@@ -1,12 +1,13 @@
 //! The Riccati equations on matrices of any size up to 512 states.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, SMatrix};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::convert::{Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
 use super::value_error;
 use crate::error::{Error, Result};
+use crate::riccati;
 use crate::riccati::dynamic::{self, MOST_STATES, Solution};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -190,12 +191,34 @@ impl Problem {
         })
     }
 
+    /// One and two joints are solved on the stack, in a fraction of the time.
     fn solve(&self, equation: &Equation) -> Result<Solution> {
         let Self { a, b, q } = self;
-        match equation {
-            Equation::BoundedReal { gamma } => dynamic::bounded_real(a, b, q, *gamma),
-            Equation::Care { r } => dynamic::care(a, b, q, r),
+        match (b.shape(), equation) {
+            ((2, 1), _) => self.solve_on_stack::<2, 1>(equation),
+            ((4, 2), _) => self.solve_on_stack::<4, 2>(equation),
+            (_, Equation::BoundedReal { gamma }) => dynamic::bounded_real(a, b, q, *gamma),
+            (_, Equation::Care { r }) => dynamic::care(a, b, q, r),
         }
+    }
+
+    fn solve_on_stack<const S: usize, const M: usize>(
+        &self,
+        equation: &Equation,
+    ) -> Result<Solution> {
+        let square = |m: &DMatrix<f64>| SMatrix::<f64, S, S>::from_column_slice(m.as_slice());
+        let (a, q) = (square(&self.a), square(&self.q));
+        let b = SMatrix::<f64, S, M>::from_column_slice(self.b.as_slice());
+        let found = match equation {
+            Equation::BoundedReal { gamma } => riccati::bounded_real(&a, &b, &q, *gamma),
+            Equation::Care { r } => {
+                let r = SMatrix::<f64, M, M>::from_column_slice(r.as_slice());
+                riccati::care(&a, &b, &q, &r)
+            }
+        };
+        let riccati::Solution { p, residual, min_eigenvalue, max_real } = found?;
+        let p = DMatrix::from_column_slice(S, S, p.as_slice());
+        Ok(Solution { p, residual, min_eigenvalue, max_real })
     }
 }
 

@@ -13,7 +13,8 @@ use crate::error::{Error, Result, finite, within};
 
 /// γ this close above γ_opt, relative, cannot be told from it.
 const INDISTINCT: f64 = 1e-9;
-/// γ above γ_opt by this factor is believed to have a solution because the search has found no frequency with a larger gain.
+/// γ above γ_opt by this factor is believed to have a solution because the search has found no
+/// frequency with a larger gain.
 const SEARCHED: f64 = 1.001;
 const UNSOLVED: Error = Error::NoConvergence { computing: "riccati solution" };
 
@@ -39,7 +40,8 @@ where
         let max_scale = scale(gamma, gamma_opt);
         return Err(Error::NoStabilizingSolution { gamma, gamma_opt, max_scale });
     }
-    // Rounding hid the proof, near the limit or because P is large; the search for the peak supplies it.
+    // Rounding hid the proof, near the limit or because P is large; the search for the peak
+    // supplies it.
     let exists = gamma >= proven.min(gamma_opt * SEARCHED);
     let known = exists.then(|| solve(&scaled.balanced, &slow, true)).flatten();
     certify(&scaled, &known.ok_or(UNSOLVED)?.p, Wanted::POSITIVE)

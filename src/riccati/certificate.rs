@@ -1,4 +1,5 @@
-//! What is checked before P is returned: finite, symmetric, a small residual, a Hurwitz closed loop, and P ≥ 0 where Q ≥ 0.
+//! What is checked before P is returned: finite, symmetric, a small residual, a Hurwitz closed
+//! loop, and P ≥ 0 where Q ≥ 0.
 
 use nalgebra::{Cholesky, DefaultAllocator, Dim};
 
@@ -9,14 +10,17 @@ use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum, symmetric_spectrum};
 use crate::error::{Error, Result, finite};
 
-/// Entries of Q and R this close, relative to the largest, count as symmetric: what a caller's own products leave.
+/// Entries of Q and R this close, relative to the largest, count as symmetric: what a caller's own
+/// products leave.
 const SYMMETRY: f64 = 1e-12;
 /// An eigenvalue above minus this, relative to the largest, counts as zero: what rounding leaves.
 const ZERO: f64 = 1e-13;
-/// An eigenvalue of P above minus this, relative to the largest, counts as zero. With an accurate P and a Hurwitz closed loop P ≥ 0
-/// follows from Q ≥ 0, but for what rounding leaves where P is ill-conditioned.
+/// An eigenvalue of P above minus this, relative to the largest, counts as zero. With an accurate P
+/// and a Hurwitz closed loop P ≥ 0 follows from Q ≥ 0, but for what rounding leaves where P is
+/// ill-conditioned.
 const ZERO_OF_P: f64 = 1e-9;
-/// A closed loop is Hurwitz if its slowest mode is left of minus this, relative to its norm: what rounding cannot have moved there.
+/// A closed loop is Hurwitz if its slowest mode is left of minus this, relative to its norm: what
+/// rounding cannot have moved there.
 const ROUNDING: f64 = 1e-14;
 
 /// The stabilising solution and its certificate, of any size: see [`super::Solution`].
@@ -81,7 +85,8 @@ where
     Ok(symmetric_spectrum(a)?.iter().fold(f64::INFINITY, |least, &x| least.min(x)))
 }
 
-/// The smallest eigenvalue of a symmetric matrix, or 0 if it is not more negative than rounding leaves it; +∞ if it is definite.
+/// The smallest eigenvalue of a symmetric matrix, or 0 if it is not more negative than rounding
+/// leaves it; +∞ if it is definite.
 pub(super) fn definiteness<S: Dim>(q: &Square<S>) -> Result<f64>
 where
     DefaultAllocator: Room<S, S>,

@@ -2,10 +2,11 @@
 //!
 //! With the Cayley shift s, `A_s = A − sI` and `W = A_s + G A_s⁻ᵀ Q`:
 //! `A₀ = I + 2s W⁻¹`, `G₀ = 2s A_s⁻¹ G W⁻ᵀ`, `H₀ = 2s W⁻ᵀ Q A_s⁻¹`, then
-//! `A ← A V A`, `G ← G + A V G Aᵀ`, `H ← H + Aᵀ H V A` with `V = (I + G H)⁻¹`. H grows to P, quadratically.
+//! `A ← A V A`, `G ← G + A V G Aᵀ`, `H ← H + Aᵀ H V A` with `V = (I + G H)⁻¹`.
+//! H grows to P, quadratically.
 //!
-//! Source: Chu, Fan and Lin, "A structure-preserving doubling algorithm for continuous-time algebraic Riccati
-//! equations", Linear Algebra and its Applications 396 (2005).
+//! Source: Chu, Fan and Lin, "A structure-preserving doubling algorithm for continuous-time
+//! algebraic Riccati equations", Linear Algebra and its Applications 396 (2005).
 
 use nalgebra::{DefaultAllocator, Dim};
 
@@ -14,13 +15,16 @@ use super::newton::{Refined, newton};
 use super::scaling::Problem;
 use crate::math::sqrt;
 
-/// Doublings allowed. Twelve is usual; each one squares the distance to the limit, or halves it at the limit of γ.
+/// Doublings allowed. Twelve is usual; each one squares the distance to the limit, or halves it at
+/// the limit of γ.
 pub(super) const DOUBLINGS: usize = 60;
 /// Doubling may stop here, relative to P: one Newton step squares this to the rounding.
 const NEAR: f64 = 1e-8;
-/// … once the transition matrix has shrunk so far (squared norm), so that no slow mode is still to come.
+/// … once the transition matrix has shrunk so far (squared norm), so that no slow mode is still to
+/// come.
 pub(super) const FADED: f64 = 1e-6;
-/// The stabilising solution P of `problem` with Q ≥ 0, or `None`; `modes` are the eigenvalues of its A.
+/// The stabilising solution P of `problem` with Q ≥ 0, or `None`; `modes` are the eigenvalues of
+/// its A.
 ///
 /// `exists` says that there is one; else its existence is proven too.
 pub(super) fn solve<S: Dim, M: Dim>(

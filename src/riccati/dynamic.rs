@@ -32,7 +32,8 @@ impl From<Certified<Dyn>> for Solution {
 /// [`super::bounded_real`] for any number of states.
 ///
 /// # Errors
-/// As there; `TooMany` beyond [`MOST_STATES`], `WrongLength` for a matrix of another shape than A wants.
+/// As there; `TooMany` beyond [`MOST_STATES`], `WrongLength` for a matrix of another shape than A
+/// wants.
 pub fn bounded_real(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,
@@ -55,7 +56,8 @@ pub fn gamma_opt(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result
 /// [`super::care`] for any number of states.
 ///
 /// # Errors
-/// As there; `TooMany` beyond [`MOST_STATES`], `WrongLength` for a matrix of another shape than A and B want.
+/// As there; `TooMany` beyond [`MOST_STATES`], `WrongLength` for a matrix of another shape than A
+/// and B want.
 pub fn care(
     a: &DMatrix<f64>,
     b: &DMatrix<f64>,

@@ -1,5 +1,5 @@
-//! The Hamiltonian matrix `[A −G; −Q −Aᵀ]`, whose eigenvalues off the imaginary axis are those of the closed loop and their mirror
-//! images; with one on the axis no solution is stabilising.
+//! The Hamiltonian matrix `[A −G; −Q −Aᵀ]`, whose eigenvalues off the imaginary axis are those of
+//! the closed loop and their mirror images; with one on the axis no solution is stabilising.
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
 

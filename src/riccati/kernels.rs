@@ -1,4 +1,5 @@
-//! The two dense kernels of the doubling: product and inverse, column-major, the same bits at every vector width.
+//! The two dense kernels of the doubling: product and inverse, column-major, the same bits at every
+//! vector width.
 //!
 //! Sizes are known when compiling (no allocation) or when running: one text for both.
 
@@ -17,7 +18,7 @@ pub(super) type Tall<S, M> = OMatrix<f64, S, M>;
 pub(super) type Modes<S> = OMatrix<Complex, S, nalgebra::U1>;
 
 /// What has room for S states and M inputs: one bound instead of six.
-pub trait Room<S: Dim, M: Dim>:
+pub(super) trait Room<S: Dim, M: Dim>:
     Allocator<S, S> + Allocator<S, M> + Allocator<M, S> + Allocator<M, M> + Allocator<S> + Allocator<M>
 {
 }
@@ -151,7 +152,8 @@ fn product(rows: usize, inner: usize, a: &[f64], b: &[f64], c: &mut [f64]) {
     }
 }
 
-/// Rows i.. of C, [`DEPTH`] terms at a time; each sum goes on where it was, so that its bits do not depend on the depth.
+/// Rows i.. of C, [`DEPTH`] terms at a time; each sum goes on where it was, so that its bits do not
+/// depend on the depth.
 #[inline(always)]
 fn copied_panel(
     rows: usize,
@@ -187,7 +189,8 @@ fn rows_of_product<const L: usize>(
     tiles::<L>(&terms, &mut c[i..], rows);
 }
 
-/// Some terms of a product: L rows of A, of which the terms from `first` on stand `stride` apart, and all of B.
+/// Some terms of a product: L rows of A, of which the terms from `first` on stand `stride` apart,
+/// and all of B.
 struct Terms<'a> {
     a: &'a [f64],
     stride: usize,

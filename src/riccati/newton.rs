@@ -1,11 +1,13 @@
-//! Newton's method for `AᵀP + PA − PGP + Q = 0`, and the proof that a stabilising solution stands next to its result.
+//! Newton's method for `AᵀP + PA − PGP + Q = 0`, and the proof that a stabilising solution stands
+//! next to its result.
 //!
-//! A step adds the X of `CᵀX + XC + R = 0`, with C = A − GP Hurwitz and R the residual of P. For G ≥ 0 any P with a Hurwitz C is a
-//! start: the steps then fall to the stabilising solution, whatever the signs of Q, if there is one.
+//! A step adds the X of `CᵀX + XC + R = 0`, with C = A − GP Hurwitz and R the residual of P. For G
+//! ≥ 0 any P with a Hurwitz C is a start: the steps then fall to the stabilising solution, whatever
+//! the signs of Q, if there is one.
 //!
-//! Source: Kleinman, "On an iterative technique for Riccati equation computations", IEEE Transactions on Automatic
-//! Control 13 (1968); Guo and Lancaster, "Analysis and modification of Newton's method for algebraic Riccati
-//! equations", Mathematics of Computation 67 (1998).
+//! Source: Kleinman, "On an iterative technique for Riccati equation computations", IEEE
+//! Transactions on Automatic Control 13 (1968); Guo and Lancaster, "Analysis and modification of
+//! Newton's method for algebraic Riccati equations", Mathematics of Computation 67 (1998).
 
 use nalgebra::{DefaultAllocator, Dim};
 
@@ -13,19 +15,24 @@ use super::doubling::{DOUBLINGS, FADED};
 use super::kernels::{Room, Square, congruence, inverse, mul, plus_diagonal, symmetric};
 use super::scaling::Problem;
 
-/// Newton steps allowed: one is usual after doubling, ten from elsewhere, thirty with modes on the imaginary axis.
+/// Newton steps allowed: one is usual after doubling, ten from elsewhere, thirty with modes on the
+/// imaginary axis.
 const STEPS: usize = 60;
 /// A step this small, relative to P, is the last: the next would be its square.
 const LAST: f64 = 1e-10;
-/// Steps larger than this, relative to P, need not shrink: P is still far away.
-const FAR: f64 = 1e-2;
-/// Nearer, steps that do not shrink by this factor are rounding; with modes on the imaginary axis they halve.
+/// Steps larger than this, relative to P, need not shrink: fast modes settle first, and slow ones
+/// are still far away.
+const FAR: f64 = 1e-6;
+/// Nearer, steps that do not shrink by this factor are rounding; with modes on the imaginary axis
+/// they halve.
 const SHRINKING: f64 = 0.9;
 /// Steps that may be made for the proof alone.
 const IDLE: usize = 3;
-/// The proof must hold by this factor, for the rounding of the residual itself: it is as large as the residual, and as random.
+/// The proof must hold by this factor, for the rounding of the residual itself: it is as large as
+/// the residual, and as random.
 const SAFETY: f64 = 4.0;
-/// A transition matrix that has grown so far (squared norm) leaves no digit: its closed loop is not Hurwitz.
+/// A transition matrix that has grown so far (squared norm) leaves no digit: its closed loop is not
+/// Hurwitz.
 const GROWN: f64 = 1e30;
 
 /// The residual `AᵀP + PA − PGP + Q` and the closed loop `A − GP`.
@@ -48,7 +55,8 @@ where
         DefaultAllocator: Room<S, M>,
     {
         let pa = mul(p, &problem.a);
-        // ±(PF)(PF)ᵀ: from the product G = FFᵀ a large P would bring back the rounding of G, squared.
+        // ±(PF)(PF)ᵀ: from the product G = FFᵀ a large P would bring back the rounding of G,
+        // squared.
         let sign = if problem.bounded { -1.0 } else { 1.0 };
         let pf = mul(p, &problem.f);
         let fp = pf.transpose() * sign;
@@ -64,7 +72,8 @@ where
     }
 }
 
-/// Where Newton's method ended, with what shift, and whether a stabilising solution is proven to stand next to it.
+/// Where Newton's method ended, with what shift, and whether a stabilising solution is proven to
+/// stand next to it.
 pub(super) struct Refined<S: Dim>
 where
     DefaultAllocator: Room<S, S>,
@@ -74,12 +83,14 @@ where
     pub(super) proven: bool,
 }
 
-/// Newton's method from `p`, ended by the rounding; no proof is looked for if a solution is known to exist.
+/// Newton's method from `p`, ended by the rounding; no proof is looked for if a solution is known
+/// to exist.
 ///
-/// Proof, with C the closed loop of P and R its residual: let `CᵀZ + ZC = −I`, `CᵀX + XC = −R`. With G = −FFᵀ the matrix
-/// `P + X + tZ` satisfies the strict Riccati inequality if `|Fᵀ(X + tZ)|² < t`, and such a t exists if `4 |FᵀX| |FᵀZ| < 1`. The
-/// inequality has a solution iff γ > γ_opt. With G = FFᵀ the same holds for `tZ − X` and the equation `CᵀY + YC + YGY − R = 0`
-/// of the distance Y from the solution down to P.
+/// Proof, with C the closed loop of P and R its residual: let `CᵀZ + ZC = −I`, `CᵀX + XC = −R`.
+/// With G = −FFᵀ the matrix `P + X + tZ` satisfies the strict Riccati inequality if `|Fᵀ(X + tZ)|²
+/// < t`, and such a t exists if `4 |FᵀX| |FᵀZ| < 1`. The inequality has a solution iff γ > γ_opt.
+/// With G = FFᵀ the same holds for `tZ − X` and the equation `CᵀY + YC + YGY − R = 0` of the
+/// distance Y from the solution down to P.
 pub(super) fn newton<S: Dim, M: Dim>(
     problem: &Problem<S, M>,
     mut p: Square<S>,
@@ -93,7 +104,10 @@ where
     let mut proven = exists;
     for _ in 0..STEPS {
         let residual = Residual::of(problem, &p);
-        let Some(x) = step(problem, residual, shift, &mut proven) else { break };
+        let Some(x) = step(problem, residual, shift, &mut proven) else {
+            end.as_ref()?;
+            break;
+        };
         let (length, size) = (x.norm(), p.norm());
         let shrinking = length < SHRINKING * last || length > FAR * size;
         if shrinking {
@@ -108,10 +122,11 @@ where
         }
         last = length;
     }
-    end.map(|p| Refined { p, shift, proven })
+    Some(Refined { p: end.unwrap_or(p), shift, proven })
 }
 
-/// The step from a P with this residual; `proven` becomes true if it shows that there is a solution. `None` unless C is Hurwitz.
+/// The step from a P with this residual; `proven` becomes true if it shows that there is a
+/// solution. `None` unless C is Hurwitz.
 fn step<S: Dim, M: Dim>(
     problem: &Problem<S, M>,
     Residual { closed_loop: c, value, .. }: Residual<S>,
@@ -132,8 +147,8 @@ where
     Some(x)
 }
 
-/// The X of `CᵀX + XC + R = 0` for each right side R, to about six digits, by Smith's doubling: `E = (C + s)(C − s)⁻¹`,
-/// `X ← X + EᵀXE`, `E ← E²`. `None` unless C is Hurwitz.
+/// The X of `CᵀX + XC + R = 0` for each right side R, to about six digits, by Smith's doubling: `E
+/// = (C + s)(C − s)⁻¹`, `X ← X + EᵀXE`, `E ← E²`. `None` unless C is Hurwitz.
 fn lyapunov<S: Dim, const K: usize>(
     c: &Square<S>,
     rights: [Square<S>; K],

@@ -1,11 +1,13 @@
-//! The peak of a frequency response: γ_opt = max over ω of σ(ω), `σ² = λ_max(Bᵀ(−jω − A)⁻ᵀ Q (jω − A)⁻¹B)`.
+//! The peak of a frequency response: γ_opt = max over ω of σ(ω), `σ² = λ_max(Bᵀ(−jω − A)⁻ᵀ Q (jω −
+//! A)⁻¹B)`.
 //!
-//! A local maximum is found by golden section; that no other one is higher is then proven by solving the Riccati equation at a
-//! level 1e-10 above. If that fails, the imaginary parts of the eigenvalues of the Hamiltonian matrix at this level bracket
-//! every interval in which σ exceeds it, and the search goes on in those.
+//! A local maximum is found by golden section; that no other one is higher is then proven by
+//! solving the Riccati equation at a level 1e-10 above. If that fails, the imaginary parts of the
+//! eigenvalues of the Hamiltonian matrix at this level bracket every interval in which σ exceeds
+//! it, and the search goes on in those.
 //!
-//! Source: Bruinsma and Steinbuch, "A fast algorithm to compute the H∞-norm of a transfer function matrix", Systems and
-//! Control Letters 14 (1990).
+//! Source: Bruinsma and Steinbuch, "A fast algorithm to compute the H∞-norm of a transfer function
+//! matrix", Systems and Control Letters 14 (1990).
 
 use nalgebra::{DefaultAllocator, Dim};
 
@@ -113,7 +115,8 @@ where
         self.search(&mut points[..3 * few.len()], start)
     }
 
-    /// The best of `best` and the frequencies at which σ may cross `level`: |Im λ| of the Hamiltonian matrix at γ = `level`.
+    /// The best of `best` and the frequencies at which σ may cross `level`: |Im λ| of the
+    /// Hamiltonian matrix at γ = `level`.
     fn above(&self, level: f64, best: Peak) -> Result<Peak> {
         let scaled = self.at_level(level);
         let mut values = hamiltonian::eigenvalues(&scaled.balanced)?;
@@ -123,7 +126,8 @@ where
         Ok(self.search(&mut points[..few.len()], best))
     }
 
-    /// The best of `best`, the `points` and the middles between them, after a golden section around it.
+    /// The best of `best`, the `points` and the middles between them, after a golden section around
+    /// it.
     fn search(&self, points: &mut [f64], best: Peak) -> Peak {
         points.sort_unstable_by(f64::total_cmp);
         let (mut winner, mut bracket) = (best, None);

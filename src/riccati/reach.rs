@@ -1,10 +1,11 @@
 //! The modes that the inputs do not reach, by the controllability staircase.
 //!
-//! Reflectors turn (A, F) into `[A₁ *; 0 A₂]`, `[F₁; 0]`, step by step: the rank of F, then the rank of what those states drive,
-//! and so on. The pair is stabilisable iff A₂ is Hurwitz. What a weight Q does not see are the modes of Aᵀ that it does not reach.
+//! Reflectors turn (A, F) into `[A₁ *; 0 A₂]`, `[F₁; 0]`, step by step: the rank of F, then the
+//! rank of what those states drive, and so on. The pair is stabilisable iff A₂ is Hurwitz. What a
+//! weight Q does not see are the modes of Aᵀ that it does not reach.
 //!
-//! Source: Van Dooren, "The generalized eigenstructure problem in linear system theory", IEEE Transactions on
-//! Automatic Control 26 (1981).
+//! Source: Van Dooren, "The generalized eigenstructure problem in linear system theory", IEEE
+//! Transactions on Automatic Control 26 (1981).
 
 use core::ops::Range;
 
@@ -62,7 +63,8 @@ impl<S: Dim, M: Dim> Pair<S, M>
 where
     DefaultAllocator: Room<S, M>,
 {
-    /// Turns the states that `drivers` (columns of A before its end, or all of F) drive to the next rows; the first row after them.
+    /// Turns the states that `drivers` (columns of A before its end, or all of F) drive to the next
+    /// rows; the first row after them.
     fn climb(&mut self, drivers: Option<Range<usize>>, least: f64) -> usize {
         let size = self.a.shape_generic().0;
         let n = size.value();

@@ -1,10 +1,12 @@
 //! `AᵀP + PA − P B R⁻¹BᵀP + Q = 0` for any symmetric Q.
 //!
-//! With (A, B) stabilisable the stabilising solution exists iff the Hamiltonian matrix has no eigenvalue on the imaginary axis
-//! (Lancaster and Rodman 1995). For Q ≥ 0 doubling finds it, unless Q misses a mode that must be moved. Then, and for an indefinite
-//! Q, Newton's method goes down to it from the solution for a larger weight, Q + c I > 0.
+//! With (A, B) stabilisable the stabilising solution exists iff the Hamiltonian matrix has no
+//! eigenvalue on the imaginary axis (Lancaster and Rodman 1995). For Q ≥ 0 doubling finds it,
+//! unless Q misses a mode that must be moved. Then, and for an indefinite Q, Newton's method goes
+//! down to it from the solution for a larger weight, Q + c I > 0.
 //!
-//! Source: see `doubling.rs` and `newton.rs`; Lancaster and Rodman, "Algebraic Riccati Equations", theorem 9.3.1.
+//! Source: see `doubling.rs` and `newton.rs`; Lancaster and Rodman, "Algebraic Riccati Equations",
+//! Oxford 1995.
 
 use nalgebra::{Cholesky, DefaultAllocator, Dim};
 
@@ -18,17 +20,19 @@ use super::scaling::{Problem, Scaled};
 use crate::eigen::{Complex, largest_real, modulus, spectrum};
 use crate::error::{Error, Result, finite};
 
-/// Without a proof the closed loop must stand this far from the axis, relative to its norm: ten times what the
-/// rounding of a double eigenvalue can move.
+/// Without a proof the closed loop must stand this far from the axis, relative to its norm: ten
+/// times what the rounding of a double eigenvalue can move.
 const MARGIN: f64 = 1e-9;
-/// A mode that is not reached (not seen) and stands this close to the axis, relative to the norm of A, counts as on it.
+/// A mode that is not reached (not seen) and stands this close to the axis, relative to the norm of
+/// A, counts as on it.
 const HURWITZ: f64 = 1e-7;
 /// A closed loop with a mode this close to the axis, relative to the norm of A, is looked at twice.
 const SLOW: f64 = 1e-3;
-/// A hidden mode much nearer to the axis than the slowest one of the closed loop was moved by rounding alone.
+/// A hidden mode much nearer to the axis than the slowest one of the closed loop was moved by
+/// rounding alone.
 const UNMOVED: f64 = 0.1;
-/// An eigenvalue of the Hamiltonian matrix this close to the axis, relative to the largest, cannot be told from one on it: the
-/// rounding of a fourfold one.
+/// An eigenvalue of the Hamiltonian matrix this close to the axis, relative to the largest, cannot
+/// be told from one on it: the rounding of a fourfold one.
 const AXIS: f64 = 1e-4;
 
 /// See [`super::care`].
@@ -104,8 +108,8 @@ where
     Ok(refusal.unwrap_or(Error::NoConvergence { computing: "riccati solution" }))
 }
 
-/// The refusal for a mode of A that B does not reach, right of the axis or nearly, or that a Q ≥ 0 does not see, on the axis or
-/// nearly; nearly is within `distance` at most, in balanced units.
+/// The refusal for a mode of A that B does not reach, right of the axis or nearly, or that a Q ≥ 0
+/// does not see, on the axis or nearly; nearly is within `distance` at most, in balanced units.
 fn hidden_mode<S: Dim, M: Dim>(
     scaled: &Scaled<S, M>,
     semidefinite: bool,

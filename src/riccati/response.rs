@@ -1,6 +1,7 @@
 //! The frequency response `σ(ω)² = λ_max(Bᵀ(−jω − A)⁻ᵀ Q (jω − A)⁻¹B)`.
 //!
-//! A is brought to Hessenberg form once, by reflectors; each frequency then costs elimination of one subdiagonal.
+//! A is brought to Hessenberg form once, by reflectors; each frequency then costs elimination of
+//! one subdiagonal.
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
 
@@ -48,7 +49,8 @@ where
         let (q_re, q_im) = (mul(&self.q, &re), mul(&self.q, &im));
         let (re, im) = (re.transpose(), im.transpose());
         let (same, cross) = (mul(&re, &q_re) + mul(&im, &q_im), mul(&re, &q_im) - mul(&im, &q_re));
-        // The Hermitian matrix XᴴQX as the real symmetric [Re −Im; Im Re], which has the same eigenvalues, twice.
+        // The Hermitian matrix XᴴQX as the real symmetric [Re −Im; Im Re], which has the same
+        // eigenvalues, twice.
         let inputs = self.b.shape_generic().1;
         let m = inputs.value();
         let mut entries = OMatrix::from_element_generic(inputs, inputs, [0.0; 4]);
@@ -88,7 +90,8 @@ where
     }
 }
 
-/// Solves A X = B for an n×n Hessenberg A and m right sides, both stored by rows; `x` holds B, then X.
+/// Solves A X = B for an n×n Hessenberg A and m right sides, both stored by rows; `x` holds B, then
+/// X.
 fn solve_hessenberg(n: usize, m: usize, a: &mut [Complex], x: &mut [Complex]) -> Option<()> {
     for k in 0..n - 1 {
         let (upper, lower) = a[k * n..(k + 2) * n].split_at_mut(n);

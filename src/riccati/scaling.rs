@@ -26,7 +26,8 @@ where
 
 /// A problem in units in which A, G and Q have entries about 1.
 ///
-/// `A = time · D A' D⁻¹`, `F = (time/size)^½ D F'`, `Q = time · size · D⁻¹ Q' D⁻¹`, then `P = size · D⁻¹ P' D⁻¹`.
+/// `A = time · D A' D⁻¹`, `F = (time/size)^½ D F'`, `Q = time · size · D⁻¹ Q' D⁻¹`, then `P = size
+/// · D⁻¹ P' D⁻¹`.
 pub(super) struct Scaled<S: Dim, M: Dim>
 where
     DefaultAllocator: Room<S, M>,
@@ -44,7 +45,8 @@ impl<S: Dim, M: Dim> Problem<S, M>
 where
     DefaultAllocator: Room<S, M>,
 {
-    /// The same with a weight Q + c I, which sees every mode and is large enough to move them: `c = ‖Q‖ + ‖A‖²/‖G‖`.
+    /// The same with a weight Q + c I, which sees every mode and is large enough to move them: `c =
+    /// ‖Q‖ + ‖A‖²/‖G‖`.
     pub(super) fn seeing_every_mode(&self) -> Self {
         let (a, g) = (self.a.norm(), self.g.norm());
         let effort = if g > 0.0 { a / g * a } else { 0.0 };
@@ -53,8 +55,9 @@ where
         Self { q: plus_diagonal(self.q.clone(), weight), ..self.clone() }
     }
 
-    /// Shifts for the Cayley transform, to be tried in turn. The first is the natural one. A matrix far from normal, with a large
-    /// (A − s)⁻¹ for every s that is not, wants the second, and one that was hit by an eigenvalue of A the others.
+    /// Shifts for the Cayley transform, to be tried in turn. The first is the natural one. A matrix
+    /// far from normal, with a large (A − s)⁻¹ for every s that is not, wants the second, and one
+    /// that was hit by an eigenvalue of A the others.
     pub(super) fn shifts(&self, modes: &Modes<S>) -> impl Iterator<Item = f64> {
         let natural = self.shift(modes);
         let coupling = if self.bounded { 0.0 } else { self.g.amax() * self.q.amax() };
