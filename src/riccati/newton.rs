@@ -64,9 +64,11 @@ where
         let [a, g, q] = [&problem.a, &problem.g, &problem.q].map(Square::<S>::norm);
         let size = p.norm();
         let terms = 2.0 * a * size + g * size * size + q;
+        // A norm that overflows certifies nothing.
+        let over = |terms: f64| if terms < f64::INFINITY { value.norm() / terms } else { f64::NAN };
         Self {
             closed_loop: &problem.a - mul(&problem.f, &fp),
-            backward: if terms == 0.0 { 0.0 } else { value.norm() / terms },
+            backward: if terms == 0.0 { 0.0 } else { over(terms) },
             value,
         }
     }

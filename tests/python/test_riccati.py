@@ -76,6 +76,22 @@ def test_a_solution_known_by_construction_is_found(n: int, seed: int) -> None:
     assert error < 1e-7
 
 
+@pytest.mark.parametrize("seed", range(30))
+def test_a_badly_scaled_indefinite_problem_is_solved(seed: int) -> None:
+    # As above, with the units of the states over three decades and P over six. (Over four, one of
+    # these is refused; there SciPy leaves a residual of 4e-11.)
+    random = np.random.default_rng(seed)
+    n = int(random.integers(2, 12))
+    b, r = random.normal(size=(n, n)), weight(random, n)
+    units = np.diag(10 ** random.uniform(-1.5, 1.5, n))
+    p = units @ symmetric(random, n) @ units * 10 ** random.uniform(-3, 3)
+    g = input_term(b, r)
+    a = hurwitz(random, n) + g @ p
+    q = p @ g @ p - a.T @ p - p @ a
+    error = np.linalg.norm(care(a, b, (q + q.T) / 2, r) - p) / np.linalg.norm(p)
+    assert error < 1e-4
+
+
 @pytest.mark.parametrize("n", [2, 4, 9, 16, 30, 60])
 @pytest.mark.parametrize("rank", ["full", "one"])
 def test_care_agrees_with_scipy(n: int, rank: str) -> None:
