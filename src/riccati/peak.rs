@@ -61,7 +61,7 @@ where
     let Scaled { balanced, time, .. } = Scaled::new(a, b, q, true);
     let modes = modes.map(|z| z / time);
     let search = Search { response: Response::new(&balanced), balanced, modes };
-    let mut best = search.from_modes();
+    let mut best = search.at_modes();
     for _ in 0..ROUNDS {
         let level = best.sigma * (1.0 + ACCURACY);
         if best.sigma == 0.0 || search.stays_below(level) {
@@ -103,7 +103,7 @@ where
     }
 
     /// The best of ω = 0 and the frequencies that the modes of A name.
-    fn from_modes(&self) -> Peak {
+    fn at_modes(&self) -> Peak {
         let (mut points, mut modes) = ([0.0; 3 * MOST_POINTS], self.modes.clone());
         let few = nearest_to_axis(modes.as_mut_slice());
         for (at, z) in points.chunks_exact_mut(3).zip(few) {
