@@ -18,9 +18,12 @@ def is_certified(p: Array, a: Array, g: Array, q: Array) -> None:
     """Substitute P into A'P + PA - PGP + Q = 0, and look at the closed loop A - GP."""
     assert np.array_equal(p, p.T)
     left = a.T @ p + p @ a - p @ g @ p + q
-    a_size, g_size, p_size, q_size = (np.linalg.norm(m, 2) for m in (a, g, p, q))
-    size = 2 * a_size * p_size + g_size * p_size**2 + q_size
-    assert np.linalg.norm(left, 2) <= RESIDUAL * size
+    # Singular values of large matrices take long.
+    order = 2 if len(p) <= 100 else "fro"
+    left_size, a_size, g_size, p_size, q_size = (
+        np.linalg.norm(m, order) for m in (left, a, g, p, q)
+    )
+    assert left_size <= RESIDUAL * (2 * a_size * p_size + g_size * p_size**2 + q_size)
     assert np.linalg.eigvals(a - g @ p).real.max() < 0
 
 
@@ -251,11 +254,16 @@ def test_the_limit_is_told_apart_beyond_sixteen_states(n: int) -> None:
 
 
 def test_512_states_are_solved() -> None:
-    # A chain of 256 masses on springs, a force on each: SciPy's answer to nine digits.
-    n = 256
-    stiffness = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
-    a = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -0.1 * np.eye(n)]])
+    # A chain of 256 masses on springs, a force on each. In the modes of the springs (stiffness k)
+    # it is 256 equations of one joint, which have a closed form.
+    n, damping = 256, 0.1
+    springs = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    a = np.block([[np.zeros((n, n)), np.eye(n)], [-springs, -damping * np.eye(n)]])
     b = np.vstack([np.zeros((n, n)), np.eye(n)])
     p = care(a, b, np.eye(2 * n), np.eye(n))
-    expected = scipy.linalg.solve_continuous_are(a, b, np.eye(2 * n), np.eye(n))
-    np.testing.assert_allclose(p, expected, atol=1e-9 * abs(expected).max())
+    k, shapes = np.linalg.eigh(springs)
+    p12 = 1 / (k + np.sqrt(k**2 + 1))
+    p22 = (1 + 2 * p12) / (damping + np.sqrt(damping**2 + 1 + 2 * p12))
+    p11 = damping * p12 + k * p22 + p12 * p22
+    blocks = [[shapes * x @ shapes.T for x in row] for row in ((p11, p12), (p12, p22))]
+    np.testing.assert_allclose(p, np.block(blocks), atol=1e-10 * abs(p).max())
