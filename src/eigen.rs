@@ -7,13 +7,16 @@
 //! Source: Wilkinson and Reinsch, Handbook for Automatic Computation II, contributions II/1, II/2, II/3, II/11,
 //! II/13 and II/14 (EISPACK's balanc, elmhes, hqr, tred1, tql1).
 
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
+
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, sqrt};
 
 mod symmetric;
 
-pub(crate) use symmetric::symmetric_in_place;
 pub use symmetric::{symmetric_eigenvalues, symmetric_min};
+pub(crate) use symmetric::{symmetric_in_place, symmetric_spectrum};
 
 /// A complex number.
 pub type Complex = nalgebra::Complex<f64>;
@@ -35,10 +38,18 @@ const NEGLIGIBLE: f64 = 1e-290;
 /// # Errors
 /// `NotFinite` for NaN or an infinity, `NoConvergence` if 60 `S` QR sweeps do not suffice.
 pub fn eigenvalues<const S: usize>(a: &Matrix<S>) -> Result<[Complex; S]> {
+    Ok(spectrum(a)?.into())
+}
+
+/// [`eigenvalues`] of a matrix whose size is known when compiling or when running.
+pub(crate) fn spectrum<S: Dim>(a: &OMatrix<f64, S, S>) -> Result<OVector<Complex, S>>
+where
+    DefaultAllocator: Allocator<S, S> + Allocator<S>,
+{
     finite("a", a.as_slice())?;
-    let mut h = *a;
-    let mut values = [Complex::new(0.0, 0.0); S];
-    eigenvalues_in_place(S, h.as_mut_slice(), &mut values)?;
+    let (size, mut h) = (a.shape_generic().0, a.clone());
+    let mut values = OVector::from_element_generic(size, U1, Complex::new(0.0, 0.0));
+    eigenvalues_in_place(size.value(), h.as_mut_slice(), values.as_mut_slice())?;
     Ok(values)
 }
 
@@ -47,7 +58,11 @@ pub fn eigenvalues<const S: usize>(a: &Matrix<S>) -> Result<[Complex; S]> {
 /// # Errors
 /// As [`eigenvalues`].
 pub fn max_real<const S: usize>(a: &Matrix<S>) -> Result<f64> {
-    Ok(eigenvalues(a)?.iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re)))
+    Ok(largest_real(&eigenvalues(a)?))
+}
+
+pub(crate) fn largest_real(values: &[Complex]) -> f64 {
+    values.iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re))
 }
 
 /// The spectral radius: the largest modulus of the eigenvalues of `a` [the unit of `a`].

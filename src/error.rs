@@ -98,6 +98,13 @@ pub enum Error {
         /// Name of the input matrix.
         parameter: &'static str,
     },
+    /// The Hamiltonian matrix of a Riccati equation has an eigenvalue on the imaginary axis: no solution is stabilising.
+    ModeOnAxis {
+        /// Name of the weight, which would have to see that mode.
+        parameter: &'static str,
+        /// Its distance from the origin [rad/s].
+        frequency: f64,
+    },
     /// A computation with a fixed number of iterations did not reach its accuracy.
     NoConvergence {
         /// What was being computed.
@@ -187,6 +194,12 @@ impl fmt::Display for Error {
                 f,
                 "{parameter}: got an input that does not reach every unstable mode of A, wants a \
                  stabilisable pair (A, {parameter})"
+            ),
+            Self::ModeOnAxis { parameter, frequency } => write!(
+                f,
+                "{parameter}: got a Hamiltonian matrix with an eigenvalue on the imaginary axis, or \
+                 too near to tell, at {frequency:e} rad/s, so that no solution is stabilising; wants \
+                 a {parameter} that sees every such mode of A, or, if it is indefinite, a larger one"
             ),
             Self::NoConvergence { computing } => write!(
                 f,

@@ -1,5 +1,5 @@
 //! What the Riccati solvers refuse: one valid setup, one thing broken per test, the parameter named.
-#![allow(clippy::unwrap_used)]
+#![allow(clippy::unwrap_used, clippy::panic)]
 
 use nalgebra::SMatrix;
 use steadyarm::Error;
@@ -50,7 +50,7 @@ fn indefinite_q_is_refused_with_its_smallest_eigenvalue() {
     let wanted =
         Error::NotPositive { parameter: "q", smallest: -0.25, wanted: "positive semidefinite" };
     assert_eq!(bounded_real(&a, &b, &q, 1.0).unwrap_err(), wanted);
-    assert_eq!(care(&a, &b, &q, &SMatrix::identity()).unwrap_err(), wanted);
+    assert_eq!(gamma_opt(&a, &b, &q).unwrap_err(), wanted);
 }
 
 #[test]
@@ -109,14 +109,32 @@ fn input_that_misses_an_unstable_mode_is_refused() {
 }
 
 #[test]
+fn no_input_stabilises_no_unstable_mode() {
+    let b = SMatrix::<f64, 2, 1>::zeros();
+    for a in [SMatrix::<f64, 2, 2>::new(0.0, 1.0, 0.0, 0.0), SMatrix::identity()] {
+        let refusal = care(&a, &b, &SMatrix::identity(), &SMatrix::identity()).unwrap_err();
+        assert_eq!(refusal, Error::NotStabilizable { parameter: "b" });
+    }
+}
+
+#[test]
 fn weight_that_misses_a_mode_on_the_axis_is_refused() {
-    let a = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 0.0, 0.0);
+    let oscillator = |omega: f64| SMatrix::<f64, 2, 2>::new(0.0, omega, -omega, 0.0);
+    let integrators = SMatrix::<f64, 2, 2>::new(0.0, 1.0, 0.0, 0.0);
     let b = SMatrix::<f64, 2, 1>::new(0.0, 1.0);
-    let refusal = care(&a, &b, &SMatrix::zeros(), &SMatrix::identity()).unwrap_err();
-    assert_eq!(
-        refusal,
-        Error::NotPositive { parameter: "q", smallest: 0.0, wanted: "positive definite" }
-    );
+    for (a, frequency) in [(integrators, 0.0), (oscillator(3.0), 3.0)] {
+        let refusal = care(&a, &b, &SMatrix::zeros(), &SMatrix::identity()).unwrap_err();
+        assert_eq!(refusal, Error::ModeOnAxis { parameter: "q", frequency });
+    }
+}
+
+#[test]
+fn indefinite_weight_that_leaves_modes_on_the_axis_is_refused() {
+    // p² + 2p + 2 = 0 has no real root: the Hamiltonian matrix [−1 −1; 2 1] has ±j.
+    let one = SMatrix::<f64, 1, 1>::new(1.0);
+    let refusal = care(&-one, &one, &(-2.0 * one), &one).unwrap_err();
+    let Error::ModeOnAxis { parameter: "q", frequency } = refusal else { panic!("{refusal}") };
+    assert!((frequency - 1.0).abs() < 1e-12);
 }
 
 #[test]

@@ -853,17 +853,23 @@ class Table:
 
 @final
 class RiccatiSolution:
-    """P of a Riccati equation, certified: finite, symmetric, positive, accurate, stabilising."""
+    """P of a Riccati equation, certified: finite, symmetric, accurate, stabilising.
+
+    P is positive semidefinite where Q is.
+    """
 
     @property
     def P(self) -> _Array:
         """P, (S, S), symmetric."""
     @property
     def residual(self) -> float:
-        """Relative residual of the equation."""
+        """‖left side‖ / (2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖), Frobenius norms, at most 1e-12.
+
+        G is γ⁻²BB' or BR⁻¹B'.
+        """
     @property
     def min_eigenvalue(self) -> float:
-        """Smallest eigenvalue of P."""
+        """Smallest eigenvalue of P; negative only where Q is indefinite, or by rounding."""
     @property
     def max_real(self) -> float:
         """Largest real part of the closed-loop matrix (A + γ⁻²BB'P, or A - BR⁻¹B'P) [1/s], < 0."""
@@ -885,7 +891,7 @@ def bounded_real_riccati(
 
     Parameters
     ----------
-    A: (S, S), Hurwitz, S up to 16.
+    A: (S, S), Hurwitz, S up to 512.
     B: (S, m), m up to S.
     Q: (S, S), symmetric positive semidefinite.
     gamma: γ > 0, or infinity: the Lyapunov equation.
@@ -903,15 +909,16 @@ def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolut
 
     Parameters
     ----------
-    A: (S, S), S up to 16.
+    A: (S, S), S up to 512.
     B: (S, m), m up to S, with (A, B) stabilisable.
-    Q: (S, S), symmetric positive semidefinite.
+    Q: (S, S), symmetric. It may be indefinite, where a stabilising solution exists.
     R: (m, m), symmetric positive definite.
 
     Raises
     ------
     ValueError, TypeError
-        Naming the argument.
+        Naming the argument: B if no input stabilises A; Q if the Hamiltonian matrix
+        ``[A, -BR⁻¹B'; -Q, -A']`` has an eigenvalue on the imaginary axis, with its frequency.
     """
 
 def simulate(

@@ -1,20 +1,36 @@
 //! Eigenvalues of symmetric matrices.
 
+use nalgebra::allocator::Allocator;
+use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
+
 use super::power_of_two_near;
 use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, sqrt};
 
 /// QL sweeps allowed per eigenvalue; two is usual, EISPACK's limit is 30.
 const SWEEPS: usize = 60;
+/// A subdiagonal entry below this is zero, next to a largest entry of 1/2..1: what is left of a block of zeros by rounding.
+const NEGLIGIBLE: f64 = 1e-17;
 
 /// The eigenvalues of the symmetric matrix `a`, in no particular order; only its lower triangle is read.
 ///
 /// # Errors
 /// `NotFinite` for NaN or an infinity, `NoConvergence` if 60 QL sweeps do not suffice for one of them.
 pub fn symmetric_eigenvalues<const S: usize>(a: &Matrix<S>) -> Result<[f64; S]> {
+    Ok(symmetric_spectrum(a)?.into())
+}
+
+/// [`symmetric_eigenvalues`] of a matrix whose size is known when compiling or when running.
+pub(crate) fn symmetric_spectrum<S: Dim>(a: &OMatrix<f64, S, S>) -> Result<OVector<f64, S>>
+where
+    DefaultAllocator: Allocator<S, S> + Allocator<S>,
+{
     finite("a", a.as_slice())?;
-    let (mut work, mut values, mut off) = (*a, [0.0; S], [0.0; S]);
-    symmetric_in_place(S, work.as_mut_slice(), &mut values, &mut off)?;
+    let (size, mut work) = (a.shape_generic().0, a.clone());
+    let mut values = OVector::zeros_generic(size, U1);
+    let mut off = values.clone();
+    let (into, off) = (values.as_mut_slice(), off.as_mut_slice());
+    symmetric_in_place(size.value(), work.as_mut_slice(), into, off)?;
     Ok(values)
 }
 
@@ -97,7 +113,7 @@ fn implicit_ql(d: &mut [f64], e: &mut [f64]) -> Result<()> {
         loop {
             let end = (l..n - 1).find(|&m| {
                 let around = d[m].abs() + d[m + 1].abs();
-                e[m].abs() + around == around
+                e[m].abs() + around == around || e[m].abs() < NEGLIGIBLE
             });
             let m = end.unwrap_or(n - 1);
             if m == l {

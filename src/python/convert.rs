@@ -279,6 +279,9 @@ pub(super) fn renamed(error: Error, name: impl Fn(&'static str) -> &'static str)
         Error::NotStabilizable { parameter } => {
             Error::NotStabilizable { parameter: name(parameter) }
         }
+        Error::ModeOnAxis { parameter, frequency } => {
+            Error::ModeOnAxis { parameter: name(parameter), frequency }
+        }
         other => other,
     }
 }

@@ -41,7 +41,7 @@ impl JointSolution {
         if beta >= 0.0 { alpha / fast } else { fast }
     }
 
-    /// ‖AᵀP + PA + g P B BᵀP + Q‖ / (2‖PA‖ + ‖g P B BᵀP‖ + ‖Q‖), Frobenius norms.
+    /// ‖AᵀP + PA + g P B BᵀP + Q‖ / (2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖) with G = |g| BBᵀ, Frobenius norms.
     pub fn residual(&self, kp: f64, kv: f64, q1: f64, q2: f64, g: f64) -> f64 {
         let Self { p11, p12, p22 } = *self;
         let r11 = g * p12 * p12 - 2.0 * kp * p12 + q1;
@@ -49,9 +49,8 @@ impl JointSolution {
         let r22 = g * p22 * p22 - 2.0 * kv * p22 + 2.0 * p12 + q2;
         let norm =
             |a: f64, b: f64, c: f64, d: f64| libm::hypot(libm::hypot(a, b), libm::hypot(c, d));
-        let pa = norm(kp * p12, p11 - kv * p12, kp * p22, p12 - kv * p22);
-        let pgp = g.abs() * (p12 * p12 + p22 * p22);
-        let terms = 2.0 * pa + pgp + libm::hypot(q1, q2);
+        let (a, p) = (norm(0.0, 1.0, kp, kv), norm(p11, p12, p12, p22));
+        let terms = 2.0 * a * p + g.abs() * p * p + libm::hypot(q1, q2);
         if terms == 0.0 { 0.0 } else { norm(r11, r12, r12, r22) / terms }
     }
 }
@@ -63,7 +62,7 @@ impl JointSolution {
 /// `NotFinite`, `OutOfRange`, or `NoStabilizingSolution` unless both radicands are > 0.
 pub fn joint(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<JointSolution> {
     check(kp, kv, q1, q2)?;
-    super::check_gamma(gamma)?;
+    super::attenuation::check_gamma(gamma)?;
     // √(x² − y/γ²) as a product: exact at the limit, and no overflow.
     let root = |x: f64, y: f64| {
         let level = sqrt(y) / gamma;
@@ -120,7 +119,7 @@ pub fn joint_gamma_opt(kp: f64, kv: f64, q1: f64, q2: f64) -> Result<f64> {
 /// # Errors
 /// `NotFinite`, `OutOfRange`.
 pub fn joint_max_scale(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<f64> {
-    super::check_gamma(gamma)?;
+    super::attenuation::check_gamma(gamma)?;
     Ok(scale(gamma, joint_gamma_opt(kp, kv, q1, q2)?))
 }
 

@@ -1,24 +1,31 @@
-//! The peak of a frequency response: γ_opt = max over ω of σ(ω), `σ² = λ_max(Bᵀ(−jω − A)⁻ᵀ Q (jω − A)⁻¹B)`.
+//! The peak of a frequency response: γ_opt = max over ω of σ(ω), `σ² = λ_max(Bᵀ(−jω − A)⁻ᵀ Q (jω −
+//! A)⁻¹B)`.
 //!
-//! A local maximum is found by golden section; that no other one is higher is then proven by solving the Riccati equation at a
-//! level 1e-10 above. If that fails, the imaginary parts of the eigenvalues of the Hamiltonian matrix at this level bracket
-//! every interval in which σ exceeds it, and the search goes on in those.
+//! A local maximum is found by golden section; that no other one is higher is then proven by
+//! solving the Riccati equation at a level 1e-10 above. If that fails, the imaginary parts of the
+//! eigenvalues of the Hamiltonian matrix at this level bracket every interval in which σ exceeds
+//! it, and the search goes on in those.
 //!
-//! Source: Bruinsma and Steinbuch, "A fast algorithm to compute the H∞-norm of a transfer function matrix", Systems and
-//! Control Letters 14 (1990).
+//! Source: Bruinsma and Steinbuch, "A fast algorithm to compute the H∞-norm of a transfer function
+//! matrix", Systems and Control Letters 14 (1990).
 
-use nalgebra::SMatrix;
+use nalgebra::{DefaultAllocator, Dim};
 
 use super::doubling::solve;
-use super::scaling::Scaled;
-use crate::eigen::{Complex, eigenvalues_in_place, modulus, symmetric_in_place};
-use crate::error::{Error, Result};
-use crate::math::{Matrix, sqrt};
+use super::hamiltonian;
+use super::kernels::{Modes, Room, Square, Tall};
+use super::response::Response;
+use super::scaling::{Problem, Scaled};
+use crate::eigen::{Complex, modulus};
+use crate::error::Result;
+use crate::math::sqrt;
 
 /// Accuracy of γ_opt, relative: the proof is made at this distance above it.
 const ACCURACY: f64 = 1e-10;
-/// Distances at which the proof is tried in turn when no frequency does better, before it is given up.
-const LOOSER: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
+/// Distances at which the proof is tried in turn when no frequency does better.
+const LOOSER: [f64; 9] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1];
+/// Eigenvalues that name frequencies to look at: those nearest to the axis.
+const MOST_POINTS: usize = 32;
 /// A frequency is better if it raises σ by this much, relative; less is rounding.
 const BETTER: f64 = 1e-13;
 /// Rounds of level and search; three are usual.
@@ -28,11 +35,10 @@ const SECTIONS: usize = 40;
 /// (√5 − 1)/2.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// The plant whose response is measured.
-pub(super) struct Response<'a, const S: usize, const M: usize> {
-    pub(super) a: &'a Matrix<S>,
-    pub(super) b: &'a SMatrix<f64, S, M>,
-    pub(super) q: &'a Matrix<S>,
+/// γ_opt, and a γ from which on existence is proven (∞ if rounding hides it everywhere).
+pub(super) struct Limit {
+    pub(super) gamma_opt: f64,
+    pub(super) proven: f64,
 }
 
 #[derive(Clone, Copy)]
@@ -42,65 +48,86 @@ struct Peak {
 }
 
 /// γ_opt of a plant with a Hurwitz A that has the eigenvalues `modes`.
-pub(super) fn peak<const S: usize, const M: usize>(
-    plant: &Response<S, M>,
-    modes: &[Complex; S],
-) -> Result<f64> {
-    let mut points = [[0.0; S]; 3];
-    points[0] = modes.map(modulus);
-    points[1] = modes.map(|z| z.im.abs());
-    points[2] = modes.map(|z| sqrt((z.im * z.im - z.re * z.re).max(0.0)));
-    let mut best =
-        plant.search(points.as_flattened_mut(), Peak { omega: 0.0, sigma: plant.sigma(0.0) });
-    if best.sigma == 0.0 {
-        return Ok(0.0);
-    }
+pub(super) fn peak<S: Dim, M: Dim>(
+    a: &Square<S>,
+    b: &Tall<S, M>,
+    q: &Square<S>,
+    modes: &Modes<S>,
+) -> Result<Limit>
+where
+    DefaultAllocator: Room<S, M> + Room<S, S> + Room<M, M>,
+{
+    // σ(ω) is the same in balanced units, but for the unit of ω.
+    let Scaled { balanced, time, .. } = Scaled::new(a, b, q, true);
+    let modes = modes.map(|z| z / time);
+    let search = Search { response: Response::new(&balanced), balanced, modes };
+    let mut best = search.at_modes();
     for _ in 0..ROUNDS {
         let level = best.sigma * (1.0 + ACCURACY);
-        if plant.stays_below(level, modes) {
-            return Ok(best.sigma);
+        if best.sigma == 0.0 || search.stays_below(level) {
+            return Ok(Limit { gamma_opt: best.sigma, proven: level });
         }
-        let mut points = plant.crossings(level)?;
-        let found = plant.search(points.as_flattened_mut(), best);
+        let found = search.above(level, best)?;
         if found.sigma <= best.sigma * (1.0 + BETTER) {
-            let proven = |&d: &f64| plant.stays_below(best.sigma * (1.0 + d), modes);
-            if LOOSER.iter().any(proven) {
-                return Ok(best.sigma);
-            }
             break;
         }
         best = found;
     }
-    Err(Error::NoConvergence { computing: "gamma_opt" })
+    let mut levels = LOOSER.iter().map(|distance| best.sigma * (1.0 + distance));
+    let proven = levels.find(|&level| search.stays_below(level));
+    Ok(Limit { gamma_opt: best.sigma, proven: proven.unwrap_or(f64::INFINITY) })
 }
 
-impl<const S: usize, const M: usize> Response<'_, S, M> {
+struct Search<S: Dim, M: Dim>
+where
+    DefaultAllocator: Room<S, M>,
+{
+    balanced: Problem<S, M>,
+    response: Response<S, M>,
+    modes: Modes<S>,
+}
+
+impl<S: Dim, M: Dim> Search<S, M>
+where
+    DefaultAllocator: Room<S, M> + Room<S, S> + Room<M, M>,
+{
     /// Whether σ(ω) < `level` at every ω, proven.
-    fn stays_below(&self, level: f64, modes: &[Complex; S]) -> bool {
-        let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
-        solve(&scaled.balanced, scaled.shift(modes), false).is_some()
+    fn stays_below(&self, level: f64) -> bool {
+        let scaled = self.at_level(level);
+        solve(&scaled.balanced, &self.modes.map(|z| z / scaled.time), false).is_some()
     }
 
-    /// |Im λ| of the Hamiltonian matrix [A γ⁻²BBᵀ; −Q −Aᵀ]: among them every ω with σ(ω) = γ = `level`.
-    fn crossings(&self, level: f64) -> Result<[[f64; S]; 2]> {
-        let scaled = Scaled::new(self.a, &(self.b / level), self.q, true);
-        let p = &scaled.balanced;
-        let mut h = [[[[0.0; S]; 2]; S]; 2];
-        for j in 0..S {
-            for i in 0..S {
-                h[0][j][0][i] = p.a[(i, j)];
-                h[0][j][1][i] = -p.q[(i, j)];
-                h[1][j][0][i] = -p.g[(i, j)];
-                h[1][j][1][i] = -p.a[(j, i)];
-            }
+    fn at_level(&self, level: f64) -> Scaled<S, M> {
+        let Problem { a, f, q, .. } = &self.balanced;
+        Scaled::new(a, &(f / level), q, true)
+    }
+
+    /// The best of ω = 0 and the frequencies that the modes of A name.
+    fn at_modes(&self) -> Peak {
+        let (mut points, mut modes) = ([0.0; 3 * MOST_POINTS], self.modes.clone());
+        let few = nearest_to_axis(modes.as_mut_slice());
+        for (at, z) in points.chunks_exact_mut(3).zip(few) {
+            at[0] = modulus(*z);
+            at[1] = z.im.abs();
+            at[2] = sqrt((z.im * z.im - z.re * z.re).max(0.0));
         }
-        let mut values = [[Complex::new(0.0, 0.0); S]; 2];
-        let entries = h.as_flattened_mut().as_flattened_mut().as_flattened_mut();
-        eigenvalues_in_place(2 * S, entries, values.as_flattened_mut())?;
-        Ok(values.map(|row| row.map(|z| z.im.abs() * scaled.time)))
+        let start = Peak { omega: 0.0, sigma: self.response.sigma(0.0) };
+        self.search(&mut points[..3 * few.len()], start)
     }
 
-    /// The best of `best`, the `points` and the middles between them, after a golden section around it.
+    /// The best of `best` and the frequencies at which σ may cross `level`: |Im λ| of the
+    /// Hamiltonian matrix at γ = `level`.
+    fn above(&self, level: f64, best: Peak) -> Result<Peak> {
+        let scaled = self.at_level(level);
+        let mut values = hamiltonian::eigenvalues(&scaled.balanced)?;
+        let few = nearest_to_axis(values.as_mut_slice().as_flattened_mut());
+        let mut points = [0.0; MOST_POINTS];
+        points.iter_mut().zip(few).for_each(|(at, z)| *at = z.im.abs() * scaled.time);
+        Ok(self.search(&mut points[..few.len()], best))
+    }
+
+    /// The best of `best`, the `points` and the middles between them, after a golden section around
+    /// it.
     fn search(&self, points: &mut [f64], best: Peak) -> Peak {
         points.sort_unstable_by(f64::total_cmp);
         let (mut winner, mut bracket) = (best, None);
@@ -110,7 +137,7 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
             let right = points.get(k + 1).copied().unwrap_or(2.0 * here);
             let middle = 0.5 * (left + here);
             for (omega, from, to) in [(middle, left, here), (here, middle, 0.5 * (here + right))] {
-                let sigma = self.sigma(omega);
+                let sigma = self.response.sigma(omega);
                 if sigma > winner.sigma {
                     (winner, bracket) = (Peak { omega, sigma }, Some((from, to)));
                 }
@@ -125,7 +152,7 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
 
     /// Golden section on `from..to`; the best point seen.
     fn climb(&self, mut best: Peak, mut from: f64, mut to: f64) -> Peak {
-        let at = |omega: f64| Peak { omega, sigma: self.sigma(omega) };
+        let at = |omega: f64| Peak { omega, sigma: self.response.sigma(omega) };
         let mut low = at(to - GOLDEN * (to - from));
         let mut high = at(from + GOLDEN * (to - from));
         for _ in 0..SECTIONS {
@@ -146,82 +173,10 @@ impl<const S: usize, const M: usize> Response<'_, S, M> {
         }
         best
     }
-
-    /// σ(ω); 0 where it cannot be computed, so that such a frequency never wins.
-    fn sigma(&self, omega: f64) -> f64 {
-        let Some(x) = self.states(omega) else { return 0.0 };
-        // The Hermitian matrix XᴴQX as the real symmetric [Re −Im; Im Re], which has the same eigenvalues, twice.
-        let mut k = [[[[0.0; M]; 2]; M]; 2];
-        for j in 0..M {
-            let qx: [Complex; S] =
-                core::array::from_fn(|i| (0..S).map(|l| x[j][l] * self.q[(i, l)]).sum());
-            for i in 0..M {
-                let entry: Complex = (0..S).map(|l| x[i][l].conj() * qx[l]).sum();
-                (k[0][j][0][i], k[1][j][1][i]) = (entry.re, entry.re);
-                (k[0][j][1][i], k[1][j][0][i]) = (entry.im, -entry.im);
-            }
-        }
-        let entries = k.as_flattened_mut().as_flattened_mut().as_flattened_mut();
-        if entries.iter().any(|x| !x.is_finite()) {
-            return 0.0;
-        }
-        let (mut values, mut off) = ([[0.0; M]; 2], [[0.0; M]; 2]);
-        let values = values.as_flattened_mut();
-        match symmetric_in_place(2 * M, entries, values, off.as_flattened_mut()) {
-            Ok(()) => sqrt(values.iter().fold(0.0, |most: f64, &x| most.max(x))),
-            Err(_) => 0.0,
-        }
-    }
-
-    /// The columns of (jω − A)⁻¹ B.
-    fn states(&self, omega: f64) -> Option<[[Complex; S]; M]> {
-        let entry =
-            |i: usize, j: usize| Complex::new(-self.a[(i, j)], if i == j { omega } else { 0.0 });
-        let mut a = core::array::from_fn(|i| core::array::from_fn(|j| entry(i, j)));
-        let mut x =
-            core::array::from_fn(|j| core::array::from_fn(|i| Complex::new(self.b[(i, j)], 0.0)));
-        eliminate(&mut a, &mut x)?;
-        for column in &mut x {
-            for k in (0..S).rev() {
-                for j in k + 1..S {
-                    let known = column[j];
-                    column[k] -= a[k][j] * known;
-                }
-                column[k] /= a[k][k];
-            }
-        }
-        Some(x)
-    }
 }
 
-/// Gaussian elimination with row pivoting on the rows of `a` and on the right sides, the columns `x`.
-fn eliminate<const S: usize, const M: usize>(
-    a: &mut [[Complex; S]; S],
-    x: &mut [[Complex; S]; M],
-) -> Option<()> {
-    for k in 0..S {
-        let mut pivot = k;
-        for i in k + 1..S {
-            if modulus(a[i][k]) > modulus(a[pivot][k]) {
-                pivot = i;
-            }
-        }
-        a.swap(k, pivot);
-        x.iter_mut().for_each(|column| column.swap(k, pivot));
-        if modulus(a[k][k]) == 0.0 {
-            return None;
-        }
-        let top = a[k];
-        for i in k + 1..S {
-            let factor = a[i][k] / top[k];
-            for j in k + 1..S {
-                a[i][j] -= factor * top[j];
-            }
-            for column in x.iter_mut() {
-                let head = column[k];
-                column[i] -= factor * head;
-            }
-        }
-    }
-    Some(())
+/// Sorts `values` by their distance from the imaginary axis; the first few.
+fn nearest_to_axis(values: &mut [Complex]) -> &[Complex] {
+    values.sort_unstable_by(|x, y| x.re.abs().total_cmp(&y.re.abs()));
+    &values[..values.len().min(MOST_POINTS)]
 }
