@@ -4,7 +4,7 @@ use core::cell::RefCell;
 
 use pyo3::prelude::*;
 
-use super::simulate::Monitor;
+use super::monitor::Monitor;
 use super::sources::{AnyReference, Callback};
 use super::value_error;
 use crate::arm::Serial;

@@ -9,6 +9,7 @@ mod design;
 mod dispatch;
 mod fuzzy;
 mod limits;
+mod monitor;
 mod per_joint;
 mod planted;
 mod riccati;

@@ -9,8 +9,9 @@ use pyo3::types::PyDict;
 use super::any_arm::AnyArm;
 use super::compensator::{Compensation, compensator_of};
 use super::convert::{Array1, array1, joints, scalar, vector};
+use super::monitor::Monitor;
 use super::planted::Planted;
-use super::simulate::{Monitor, Settings, simulated};
+use super::simulate::{Settings, simulated};
 use super::value_error;
 use crate::control::{
     Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, NoCompensation,
