@@ -72,6 +72,9 @@ fn scramble(arm: &mut Description, random: &mut Random) {
         link.friction.coulomb = [random.decades(-9.0, 9.0), -0.0];
         link.limits.upper = if random.next() > 0.0 { f64::INFINITY } else { f64::MAX };
         link.limits.lower = if random.next() > 0.0 { f64::NEG_INFINITY } else { random.next() };
+        if link.kind == JointKind::Continuous {
+            (link.limits.lower, link.limits.upper) = (f64::NEG_INFINITY, f64::INFINITY);
+        }
         link.armature = random.decades(-20.0, 3.0);
         let stiffness = if random.next() > 0.0 { 0.0 } else { random.decades(-9.0, 9.0) };
         link.stop = JointStop { stiffness, dissipation: random.next().max(0.0) };
