@@ -29,6 +29,12 @@ impl Resistance {
         Self { friction, ..Self::default() }
     }
 
+    /// Whether nothing opposes the motion.
+    #[inline]
+    pub fn is_none(&self) -> bool {
+        self.friction == self.known && self.stop.is_none()
+    }
+
     /// The torques at which the joint at rest breaks away [N·m], if it sticks.
     pub fn hold(&self) -> Option<[f64; 2]> {
         let [up, down] = self.friction.hold()?;

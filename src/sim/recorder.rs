@@ -132,7 +132,7 @@ impl<const N: usize> Recorder<N> {
 
     /// Notes why the run cannot go on.
     pub fn diverged(&mut self, t: f64, cause: Cause) {
-        self.run.status = Status::Diverged { t, cause, doubt: self.resolution.doubt() };
+        self.run.status = Status::Diverged { t, cause, doubt: self.resolution.suspicion() };
     }
 
     /// The record.

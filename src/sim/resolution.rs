@@ -8,6 +8,10 @@ use crate::math::Vector;
 /// A run whose steps are off by more than this in sum is told so [rad or m].
 const MOST_ERROR: f64 = 1e-3;
 
+/// A run that diverges did so for its steps if one of them was off by more than this share of the way that it went, when the
+/// sum passed the bound above. What really runs away is followed well until it is far away.
+const ASTRAY: f64 = 0.01;
+
 /// Why a run should not be believed: its step is too long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubt {
@@ -68,13 +72,16 @@ pub(super) struct Resolution<const N: usize> {
     largest: f64,
     /// Where that was.
     worst: (f64, usize),
+    /// Whether the steps went astray when the sum passed its bound.
+    astray: Option<bool>,
     lost: Option<(f64, Lost)>,
 }
 
 impl<const N: usize> Resolution<N> {
     /// Of steps of `dt` [s].
     pub fn new(dt: f64) -> Self {
-        Self { dt, sums: Vector::zeros(), largest: 0.0, worst: (0.0, 0), lost: None }
+        let (sums, largest, worst) = (Vector::zeros(), 0.0, (0.0, 0));
+        Self { dt, sums, largest, worst, astray: None, lost: None }
     }
 
     /// Adds the step that began at time `t` [s].
@@ -87,9 +94,18 @@ impl<const N: usize> Resolution<N> {
                 (self.largest, self.worst) = (error, (t, i));
             }
         }
+        if self.astray.is_none() && self.sums.max() > MOST_ERROR {
+            let way = self.dt * moved.motion.dq.amax();
+            self.astray = Some(moved.error.amax() > ASTRAY * way);
+        }
         if self.lost.is_none() {
             self.lost = moved.lost.map(|lost| (t, lost));
         }
+    }
+
+    /// What to say of these steps if the run diverged after them.
+    pub fn suspicion(&self) -> Option<Doubt> {
+        self.doubt().filter(|_| self.lost.is_some() || self.astray == Some(true))
     }
 
     /// What to say of these steps, if anything.

@@ -108,25 +108,28 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
     let mut rates = [Motion::zeros(); 4];
     rates[0] = Motion { q: start.dq, dq: *free };
     let (mut braking, mut solved) = ([Vector::zeros(); 3], true);
-    for i in 1..4 {
+    let mut stage = |i: usize| {
         let forward = start.plus(h, &RK4.rows[i][..i], &rates[..i]);
-        let mut at_stage = None;
+        let mut braked = None;
         let (mass, v, rigid) = arm.rigid_dynamics(&forward.q, &mut |mass| {
             let factor = Factor::of(mass);
             let stage = Braked { laws, h, start, rates: &rates[..i], braking: &braking[..i - 1] };
             let (v, f, found) = stage.solve(mass, &factor, &forward.dq);
-            at_stage = Some((factor, f, found));
+            braked = Some((factor, f, found));
             v
         });
-        let Some((factor, f, found)) = at_stage else { continue };
+        let unsolved = || (Factor::of(&mass), Vector::zeros(), false);
+        let (factor, f, found) = braked.unwrap_or_else(unsolved);
         (braking[i - 1], solved) = (f, solved && found);
-        let at = Motion { q: forward.q, dq: v };
-        let k = rate(&RK4.stage(i, h), &at, &Posed { mass, factor, rigid }, &f);
-        rates[i] = Motion { q: v, dq: k };
-    }
+        let (at, posed) = (Motion { q: forward.q, dq: v }, Posed { mass, factor, rigid });
+        rates[i] = Motion { q: v, dq: rate(&RK4.stage(i, h), &at, &posed, &f) };
+        posed
+    };
+    stage(1);
+    stage(2);
+    // The end has the M of the fourth stage, at the same time and h² away: an error of order 3, in what friction does alone.
+    let Posed { mass, factor, .. } = stage(3);
     let Motion { mut q, dq: forward } = start.plus(h, &RK4.weights, &rates);
-    let mass = arm.mass_matrix(&q);
-    let factor = Factor::of(&mass);
     let last = Braked { laws, h, start, rates: &rates, braking: &braking };
     let (dq, f, found) = last.solve(&mass, &factor, &forward);
     let error = q - start.q - (start.dq + dq) * (0.5 * h);
@@ -179,18 +182,16 @@ impl<const N: usize> Braked<'_, N> {
         (v, (v - free) / h, found)
     }
 
-    /// A first guess of V: where friction is as in the stage before, what that leads to; else the velocity of that stage.
+    /// A first guess of V: where friction is as in the stage before, or none, what that leads to; else the velocity of that
+    /// stage.
     fn guess(&self, free: &Vector<N>, h: f64) -> Vector<N> {
         let before = self.rates[self.rates.len() - 1].q;
-        let Some(f) = self.braking.last() else { return before };
         Vector::from_fn(|i, _| {
-            let on = free[i] + f[i] * h;
-            let fast = STEADY * self.laws[i].friction.smoothing;
-            if before[i].abs().min(on.abs()) > fast && before[i] * on > 0.0 {
-                on
-            } else {
-                before[i]
-            }
+            let law = &self.laws[i];
+            let on = free[i] + self.braking.last().map_or(0.0, |f| f[i] * h);
+            let fast = STEADY * law.friction.smoothing;
+            let steady = before[i].abs().min(on.abs()) > fast && before[i] * on > 0.0;
+            if law.is_none() || steady && !self.braking.is_empty() { on } else { before[i] }
         })
     }
 

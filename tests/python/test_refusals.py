@@ -223,7 +223,7 @@ def test_zero_and_negative_entries_are_refused_where_positive_ones_are_due(
         for value in (0.0, -0.0, -1.0, -1e-300):
             message = rf"{name}\[1\]: got -?[0-9e.-]+, wants a (number|limit) > 0"
             refused(ValueError, message, lambda v=value: call(**{name: (1.0, v)}))
-    elif name in ("viscous", "coulomb"):
+    elif name in ("viscous", "coulomb", "smoothing"):
         refused(
             ValueError, rf"{name}\[0\]: got -1, wants a number >= 0", lambda: call(**{name: -1})
         )
