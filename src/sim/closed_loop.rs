@@ -129,19 +129,52 @@ where
     where
         C: Compensator<N, S>,
     {
-        let (stage, Motion { q, dq }) = (&RK4.stage(0, h), motion);
-        let Some(mut laws) = self.laws else {
-            return Start { ddq: self.acceleration(state, stage, t, motion), stiff: None };
-        };
+        let (evaluation, start) = self.begin(state, h, t, motion);
+        self.evaluation = Some(evaluation);
+        start
+    }
+
+    /// The loop at the start of such a step, and how that is to be made.
+    #[inline(always)]
+    pub(super) fn begin<S>(
+        &mut self,
+        state: &mut S,
+        h: f64,
+        t: f64,
+        motion: &Motion<N>,
+    ) -> (Evaluation<N>, Start<N>)
+    where
+        C: Compensator<N, S>,
+    {
+        let stage = &RK4.stage(0, h);
+        if let Some(laws) = self.laws {
+            return self.begin_braked(state, stage, t, motion, laws);
+        }
+        let (evaluation, ddq) = self.evaluate(state, stage, t, motion);
+        (evaluation, Start { ddq, stiff: None })
+    }
+
+    /// The same where something opposes the motion of the joints.
+    fn begin_braked<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        motion: &Motion<N>,
+        mut laws: [Resistance; N],
+    ) -> (Evaluation<N>, Start<N>)
+    where
+        C: Compensator<N, S>,
+    {
+        let Motion { q, dq } = motion;
         let arm = &self.plant.arm;
         let (posed, mut push) = (Posed::of(arm, q, dq), Vector::zeros());
         let (evaluation, ddq) = self.evaluate_by(state, stage, t, motion, |net| {
             push = *net;
             posed.acceleration(arm, (q, dq), net)
         });
-        self.evaluation = Some(evaluation);
-        if !stiff::beyond_rk4(&posed, &laws, h) {
-            return Start { ddq, stiff: None };
+        if !stiff::beyond_rk4(&posed, &laws, stage.step) {
+            return (evaluation, Start { ddq, stiff: None });
         }
         let Command { model, compensation, .. } = evaluation.command;
         for i in 0..N {
@@ -151,7 +184,7 @@ where
         }
         let free = posed.free(&(push - known(&laws, dq)));
         self.pull(0, &evaluation, &(ddq - free));
-        Start { ddq, stiff: Some((laws, free)) }
+        (evaluation, Start { ddq, stiff: Some((laws, free)) })
     }
 
     /// q̈ at a stage that no row is recorded of.
@@ -328,10 +361,10 @@ where
         }
     }
 
-    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s], from the loop as it is there.
-    pub(super) fn settle(&mut self, h: f64, certificate: &mut Certificate) {
-        let audit = self.evaluation.as_ref().and_then(|at| at.audit.as_ref());
-        if let (Some(audit), Some(braking)) = (audit, self.last_braking.take()) {
+    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s], from the loop `at` that end.
+    #[inline]
+    pub(super) fn settle(&mut self, at: &Evaluation<N>, h: f64, certificate: &mut Certificate) {
+        if let (Some(audit), Some(braking)) = (&at.audit, self.last_braking.take()) {
             let weight = h * stiff::FRICTION_WEIGHTS[3];
             certificate.supplied += weight * 2.0 * audit.s.dot(&braking);
         }

@@ -36,14 +36,13 @@ where
     let mut certificate = Certificate::default();
     for k in 0..=record.steps {
         let t = record.time(k);
-        let start = system.start(state, h, t, &motion);
-        system.settle(h, &mut certificate);
-        let Some(at) = system.evaluation() else { break };
-        if !record.check(at) {
+        let (at, start) = system.begin(state, h, t, &motion);
+        system.settle(&at, h, &mut certificate);
+        if !record.check(&at) {
             break;
         }
-        record.take(k, at);
-        record.confirm(&mut certificate, at);
+        record.take(k, &at);
+        record.confirm(&mut certificate, &at);
         if k == record.steps {
             break;
         }
@@ -88,17 +87,16 @@ where
     let mut last_h = h;
     loop {
         let start = carried.unwrap_or_else(|| system.start(state, h, t, &motion));
-        system.settle(last_h, &mut certificate);
-        if let Some(at) = system.evaluation() {
-            if !record.check(at) {
-                break;
-            }
-            if row <= record.steps && record.time(row) == t {
-                record.take(row, at);
-                row += 1;
-            }
-            record.confirm(&mut certificate, at);
+        let Some(at) = system.evaluation().copied() else { break };
+        system.settle(&at, last_h, &mut certificate);
+        if !record.check(&at) {
+            break;
         }
+        if row <= record.steps && record.time(row) == t {
+            record.take(row, &at);
+            row += 1;
+        }
+        record.confirm(&mut certificate, &at);
         if t >= end {
             break;
         }
