@@ -122,9 +122,7 @@ class Scene:
         """What the controller believes."""
         believed = arm(self.arm)
         return (
-            believed.with_friction(**self.friction())
-            if self.knows
-            else believed.without_friction()
+            believed.with_friction(**self.friction()) if self.knows else believed.without_friction()
         )
 
     def reference(self) -> sa.Sines:
@@ -207,7 +205,7 @@ TESTED = [
 
 
 def oracle(scene: Scene) -> np.ndarray:
-    """Positions at `ORACLE_TIMES`: by Radau, or, sampled, by steps of 50 µs that 100 µs agree to."""
+    """Positions at `ORACLE_TIMES`: by Radau; sampled ones by 50 µs, if 100 µs agree."""
     if scene.control == "continuous":
         return radau(scene, ORACLE_TIMES)
     fine, coarse = scene.run(5e-5), scene.run(1e-4)
