@@ -9,7 +9,7 @@
 //!
 //! Any sign slip in the law, in P or in B breaks the identity by as much as it moves V.
 
-use super::closed_loop::Evaluation;
+use super::evaluation::Evaluation;
 
 /// Both sides of the identity over a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

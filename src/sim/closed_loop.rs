@@ -1,47 +1,15 @@
 //! Plant, controller and reference as one system in continuous time, the paper's setting.
 
 use super::certificate::Certificate;
+use super::evaluation::Evaluation;
 use super::integrators::{Motion, RK4, Tableau};
 use super::stiff::{self, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
-use crate::control::{Audit, Command, Compensator, ComputedTorque, MAX_STAGES, Sample, Stage};
+use crate::control::{Command, Compensator, ComputedTorque, MAX_STAGES, Stage};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::{Reference, Setpoint};
-
-/// All that is known of the loop at one stage.
-#[derive(Clone, Copy, Debug)]
-pub struct Evaluation<const N: usize> {
-    /// Time [s].
-    pub t: f64,
-    /// Measurement, set-point and error.
-    pub sample: Sample<N>,
-    /// What the controller asked for.
-    pub command: Command<N>,
-    /// What the actuators gave [N·m].
-    pub applied: Vector<N>,
-    /// ρ = q̈ − v + ρ̂ [rad/s²], from the applied torque.
-    pub rho: Vector<N>,
-    /// The terms of the dissipation identity.
-    pub audit: Option<Audit<N>>,
-}
-
-impl<const N: usize> Evaluation<N> {
-    /// Completes a command with what the plant made of it.
-    #[inline]
-    pub(super) fn new(
-        t: f64,
-        sample: Sample<N>,
-        command: Command<N>,
-        applied: Vector<N>,
-        ddq: &Vector<N>,
-        audit: Option<Audit<N>>,
-    ) -> Self {
-        let rho = ddq - command.v + command.rho_hat;
-        Self { t, sample, command, applied, rho, audit }
-    }
-}
 
 /// The closed loop: the controller acts at every stage of the integrator.
 pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {

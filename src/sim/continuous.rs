@@ -4,7 +4,8 @@ use core::ops::ControlFlow;
 
 use super::adaptive::{Accepted, attempt, attempt_stiff};
 use super::certificate::Certificate;
-use super::closed_loop::{ClosedLoop, Evaluation, Start};
+use super::closed_loop::{ClosedLoop, Start};
+use super::evaluation::Evaluation;
 use super::integrators::{DP54, Dense, Motion, RK4, Tolerance, dp54_dense};
 use super::recorder::Recorder;
 use super::run::{Cause, Run};

@@ -4,6 +4,7 @@ mod adaptive;
 mod certificate;
 mod closed_loop;
 mod continuous;
+mod evaluation;
 mod integrators;
 mod metrics;
 mod options;
@@ -15,7 +16,8 @@ mod simulate;
 mod stiff;
 
 pub use certificate::Certificate;
-pub use closed_loop::{ClosedLoop, Evaluation, Start};
+pub use closed_loop::{ClosedLoop, Start};
+pub use evaluation::Evaluation;
 pub use integrators::{DP54, DP54_ERROR, Motion, RK4, Rates, Tableau, Tolerance, dp54_dense};
 pub use metrics::{Metrics, Window, metrics};
 pub use options::{MAX_RECORD_BYTES, Method, Options, Record};

@@ -1,7 +1,7 @@
 //! Which rows enter the record, and when a run cannot go on.
 
 use super::certificate::Certificate;
-use super::closed_loop::Evaluation;
+use super::evaluation::Evaluation;
 use super::integrators::Motion;
 use super::options::{MAX_RECORD_BYTES, Options, Record};
 use super::resolution::Resolution;

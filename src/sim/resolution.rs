@@ -39,6 +39,8 @@ pub enum Coarse {
     Bounce,
     /// Friction, which was not solved to the end.
     Friction,
+    /// Viscous friction that a sampled controller cancels: the loop adds up what the steps leave of it.
+    Cancelled,
 }
 
 impl fmt::Display for Doubt {
@@ -54,6 +56,11 @@ impl fmt::Display for Doubt {
                 f,
                 "dt = {dt} s is too long for the stop of q[{joint}], which it met at t = {t:.6} s: the bounce is \
                  shorter than a step"
+            ),
+            Coarse::Cancelled => write!(
+                f,
+                "dt = {dt} s is too long for the viscous friction of q[{joint}], which the controller cancels from \
+                 sampled velocities (from t = {t:.6} s on): the loop adds up what the steps leave of it"
             ),
             Coarse::Friction => write!(
                 f,
@@ -113,6 +120,9 @@ impl<const N: usize> Resolution<N> {
         let Self { dt, largest, .. } = *self;
         match self.lost {
             Some((t, Lost::Bounce(joint))) => Some(Doubt { dt, t, joint, coarse: Coarse::Bounce }),
+            Some((t, Lost::Cancelled(joint))) => {
+                Some(Doubt { dt, t, joint, coarse: Coarse::Cancelled })
+            }
             Some((t, Lost::Friction)) => Some(Doubt { dt, t, joint: 0, coarse: Coarse::Friction }),
             None => {
                 let (sum, (t, joint)) = (self.sums.max(), self.worst);

@@ -5,7 +5,7 @@ use core::hint::black_box;
 use std::collections::TryReserveError;
 
 use super::certificate::Certificate;
-use super::closed_loop::Evaluation;
+use super::evaluation::Evaluation;
 use super::options::Record;
 use super::resolution::Doubt;
 use crate::control::Sample;

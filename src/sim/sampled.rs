@@ -1,14 +1,14 @@
 //! Sampled control: the controller steps once a period and its torque is held while the plant moves on.
 
-use core::ops::ControlFlow;
+use core::ops::{ControlFlow, RangeInclusive};
 
 use super::adaptive::{attempt, attempt_stiff};
-use super::closed_loop::Evaluation;
+use super::evaluation::Evaluation;
 use super::integrators::{Motion, Tolerance};
 use super::options::Method;
 use super::recorder::Recorder;
 use super::run::{Cause, Run};
-use super::stiff::{self, Moved, beyond_rk4};
+use super::stiff::{self, Lost, Moved, beyond_rk4};
 use crate::arm::{Arm, Posed, Resistance};
 use crate::control::{Audit, Command, Compensator, ComputedTorque, Sample, State};
 use crate::error::Result;
@@ -25,8 +25,11 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     t: f64,
     h: f64,
 ) -> Motion<N> {
-    Held::new(plant, tau).step(motion, t, h).motion
+    Held::new(plant, tau, [0.0; N]).step(motion, t, h).motion
 }
+
+/// Shares h b/m of a velocity for which an implicit step leaves more than a thousandth too much or too little.
+const COARSE: RangeInclusive<f64> = 0.2..=55.0;
 
 /// The plant under a held torque.
 struct Held<'a, const N: usize, A, D> {
@@ -34,12 +37,14 @@ struct Held<'a, const N: usize, A, D> {
     applied: Vector<N>,
     /// What opposes the motion of the joints, unless nothing does.
     laws: Option<[Resistance; N]>,
+    /// Viscous friction of each joint that the torque cancels, reckoned from a velocity at its start [N·m·s/rad].
+    cancelled: [f64; N],
 }
 
 impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
-    fn new(plant: &'a Plant<N, A, D>, tau: &Vector<N>) -> Self {
+    fn new(plant: &'a Plant<N, A, D>, tau: &Vector<N>, cancelled: [f64; N]) -> Self {
         let laws = plant.arm.resists().then(|| Resistance::of(&plant.arm));
-        Self { plant, applied: plant.applied(tau), laws }
+        Self { plant, applied: plant.applied(tau), laws, cancelled }
     }
 
     /// How a step of `h` [s] starts.
@@ -50,7 +55,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         };
         let (posed, net) = (Posed::of(arm, q, dq), self.net(at, t));
         if beyond_rk4(&posed, laws, h) {
-            Started::Stiff(laws, posed.free(&net))
+            Started::Stiff(laws, posed.free(&net), self.astray(&posed, h))
         } else {
             Started::Smooth(posed.acceleration(arm, (q, dq), &net))
         }
@@ -59,7 +64,10 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     /// One step of length `h` [s] from time `t`.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match self.start(motion, t, h) {
-            Started::Stiff(laws, free) => self.step_stiff(motion, (laws, &free), t, h),
+            Started::Stiff(laws, free, lost) => {
+                let moved = self.step_stiff(motion, (laws, &free), t, h);
+                Moved { lost: moved.lost.or(lost), ..moved }
+            }
             Started::Smooth(ddq) => Moved::by_rk4(h, motion, &ddq, |stage, at| {
                 self.acceleration(at, t + stage.node * h)
             }),
@@ -89,7 +97,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         let (mut motion, mut rates) = (*start, [Motion::zeros(); 7]);
         while t < end {
             let step = match self.start(&motion, t, h) {
-                Started::Stiff(laws, free) => {
+                Started::Stiff(laws, free, _) => {
                     attempt_stiff((t, h, end), &motion, tolerance, |h, _| {
                         self.step_stiff(&motion, (laws, &free), t, h)
                     })
@@ -106,6 +114,16 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Some(motion)
     }
 
+    /// A joint whose cancelled friction leaves too much in a step of `h` [s]: R(−h b/m) − e^(−h b/m) is beyond a thousandth.
+    fn astray(&self, posed: &Posed<N>, h: f64) -> Option<Lost> {
+        if self.cancelled == [0.0; N] {
+            return None;
+        }
+        let inverse = posed.factor.inverse_diagonal();
+        let coarse = |&i: &usize| COARSE.contains(&(h * self.cancelled[i] * inverse[i]));
+        (0..N).find(coarse).map(Lost::Cancelled)
+    }
+
     fn acceleration(&self, at: &Motion<N>, t: f64) -> Vector<N> {
         self.plant.acceleration(&at.q, &at.dq, &self.applied, t)
     }
@@ -120,8 +138,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
 enum Started<'a, const N: usize> {
     /// q̈.
     Smooth(Vector<N>),
-    /// What to solve for, and M⁻¹r without it.
-    Stiff(&'a [Resistance; N], Vector<N>),
+    /// What to solve for, M⁻¹r without it, and what the step cannot follow.
+    Stiff(&'a [Resistance; N], Vector<N>, Option<Lost>),
 }
 
 /// Plant, sampled controller and reference.
@@ -224,7 +242,9 @@ where
         tau: &Vector<N>,
         k: usize,
     ) -> Option<Motion<N>> {
-        let (held, t) = (Held::new(self.plant, tau), record.time(k));
+        let nominal = &self.controller.arm;
+        let cancelled = core::array::from_fn(|joint| nominal.joint_friction(joint).viscous);
+        let (held, t) = (Held::new(self.plant, tau, cancelled), record.time(k));
         if let Method::Dp54(tolerance) = self.method {
             return held.glide(start, (t, record.dt, record.time(k + 1)), tolerance);
         }

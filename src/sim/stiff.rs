@@ -8,13 +8,14 @@
 //! a: 1 |                              ā: 1 | 0
 //!    2 | 1/2                             2 | 0  1/2
 //!    3 | 0    1/2                        3 | 0  0    1/2
-//!    4 | 0    0    1                     4 | 0  1/4  1/4   1/2
-//!    5 | 1/6  1/3  1/3  1/6              5 | 0  1/2  1/2  −1/4  1/4
+//!    4 | 0    0    1                     4 | 0  0    0     1
+//!    5 | 1/6  1/3  1/3  1/6              5 | 0  1/2  1/2  −1    1
 //! ```
 //!
 //! Both ends of the step are stages, so that a joint that sticks does not move by one bit. Without friction V = W, and the
-//! step is RK4's. Order 4, and 2 in the friction and what it couples to; |R(x)| < 1 for all x < 0 and R(−∞) = 0 for the
-//! friction alone. Nothing of the friction is remembered from one step to the next.
+//! step is RK4's. Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about as the step. For the friction alone 0 < R(x) < 1 for all x < 0, with
+//! R → 3/x² and all stages between 0 and 1: what it leaves of a velocity never changes sign. A loop that holds a torque which
+//! cancels friction lives on 1 − R, so that a slower decay to zero counts there. Nothing is remembered from one step to the next.
 
 use super::integrators::{Motion, RK4};
 use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
@@ -23,7 +24,7 @@ use crate::math::{Matrix, Vector};
 
 /// Rows 2 to 5 of ā, without their first column of zeros.
 const IMPLICIT: [[f64; 4]; 4] =
-    [[0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.25, 0.25, 0.5, 0.0], [0.5, 0.5, -0.25, 0.25]];
+    [[0.5, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.5, 0.5, -1.0, 1.0]];
 
 /// The last row: the weights of F₂ … F₅ in the change of the velocity.
 pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
@@ -53,6 +54,8 @@ pub(super) enum Lost {
     Bounce(usize),
     /// The friction.
     Friction,
+    /// Viscous friction of this joint, which the controller cancels from sampled velocities.
+    Cancelled(usize),
 }
 
 impl<const N: usize> Moved<N> {
