@@ -112,6 +112,11 @@ impl JointFriction {
         if dry == 0.0 { self.viscous } else { self.viscous + dry / self.smoothing }
     }
 
+    /// An upper bound of −∂f/∂q̇ where Stribeck's friction falls [N·m·s/rad]: `√(2/e) stribeck / stribeck_speed − viscous`.
+    pub(crate) fn falls(&self) -> f64 {
+        (0.857_763_884_960_706_8 * self.stribeck / self.stribeck_speed - self.viscous).max(0.0)
+    }
+
     /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away, c₊ + stribeck and c₋ + stribeck.
     /// `None` if the friction is smooth, and the joint never quite at rest.
     #[inline]
@@ -135,14 +140,14 @@ impl JointFriction {
         self.stribeck * exp(-(ratio * ratio))
     }
 
-    /// Whether all of this is at least as large as `other` at every velocity, and `other` as smooth: f q̇ ≥ f_other q̇.
+    /// Whether `other` is a part of this: what is left of it neither drives the joint nor falls where this does not.
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let stribeck = other.stribeck == 0.0
             || self.stribeck >= other.stribeck && self.stribeck_speed == other.stribeck_speed;
         self.viscous >= other.viscous
             && self.coulomb[0] >= other.coulomb[0]
             && self.coulomb[1] >= other.coulomb[1]
-            && self.smoothing <= other.smoothing
+            && (self.smoothing == other.smoothing || other.is_viscous())
             && stribeck
     }
 

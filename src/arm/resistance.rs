@@ -42,11 +42,8 @@ impl Resistance {
         Some([up - known_up, down - known_down])
     }
 
-    /// g [N·m] at the velocity `v` and the position `place + lead v`, and an upper bound of its mean slope from there on
-    /// [N·m·s/rad]; dry friction in the branch of the direction `sign`.
-    ///
-    /// Where g falls (Stribeck), the bound is g/v: in v² the potential of such a friction is concave, so that a step of
-    /// Newton's method with it goes down.
+    /// g [N·m] at the velocity `v` and the position `place + lead v`, and its slope [N·m·s/rad], 0 where it falls (Stribeck):
+    /// a step of Newton's method with it still goes down. Dry friction in the branch of the direction `sign`.
     #[inline]
     pub fn at(&self, v: f64, sign: f64, place: f64, lead: f64) -> (f64, f64) {
         let (mut torque, mut slope) = self.friction.in_branch(v, sign);
@@ -54,9 +51,7 @@ impl Resistance {
             let (known, known_slope) = self.known.in_branch(v, sign);
             (torque, slope) = (torque - known, slope - known_slope);
         }
-        if slope < 0.0 {
-            slope = if v == 0.0 { 0.0 } else { (torque / v).max(0.0) };
-        }
+        slope = slope.max(0.0);
         if self.stop.is_none() {
             return (torque, slope);
         }

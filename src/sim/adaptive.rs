@@ -64,7 +64,7 @@ pub(super) fn attempt_stiff<const N: usize>(
     mut step: impl FnMut(f64, f64) -> Moved<N>,
 ) -> Option<Accepted<N>> {
     until_accepted((t, h, end), &STIFF, |h, end| {
-        let Moved { motion, error, lost } = step(h, end);
+        let Moved { motion, error, lost, .. } = step(h, end);
         let size = |i: usize| start.q[i].abs().max(motion.q[i].abs());
         let scaled = |i: usize| error[i].abs() / (tolerance.atol + tolerance.rtol * size(i));
         let largest =

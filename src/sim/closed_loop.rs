@@ -3,7 +3,7 @@
 use super::certificate::Certificate;
 use super::evaluation::Evaluation;
 use super::integrators::{Motion, RK4, Tableau};
-use super::stiff::{self, Moved};
+use super::stiff::{self, Lost, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
 use crate::control::{Command, Compensator, ComputedTorque, MAX_STAGES, Stage};
 use crate::error::Result;
@@ -26,6 +26,8 @@ pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
     /// 2 s·F at the stages of a step in which friction was solved for, and F at its end.
     pulls: [f64; 4],
     last_braking: Option<Vector<N>>,
+    /// What the step that has begun cannot follow.
+    lost: Option<Lost>,
 }
 
 /// The start of a step of the loop: q̈ there, and how the step is to be made.
@@ -67,6 +69,7 @@ where
             laws: plant.arm.resists().then(|| cancelled(&plant.arm, &controller.arm)),
             pulls: [0.0; 4],
             last_braking: None,
+            lost: None,
         }
     }
 
@@ -150,6 +153,15 @@ where
                 laws[i].known = JointFriction::default();
             }
         }
+        let inverse = posed.factor.inverse_diagonal();
+        let falling = stiff::falling(&posed, &laws, stage.step).filter(|(rate, _)| *rate > 1.0);
+        self.lost = falling.map(|(_, joint)| Lost::Falling(joint));
+        let uncovered = (0..N).find(|&i| {
+            let explicit = self.controller.arm.joint_friction(i);
+            let stiff = stage.step * explicit.steepest() * inverse[i] > stiff::MOST_BRAKING;
+            stiff && explicit != laws[i].known
+        });
+        self.lost = self.lost.or(uncovered.map(Lost::Uncovered));
         let free = posed.free(&(push - known(&laws, dq)));
         self.pull(0, &evaluation, &(ddq - free));
         (evaluation, Start { ddq, stiff: Some((laws, free)) })
@@ -264,7 +276,7 @@ where
             free
         });
         self.last_braking = Some(last);
-        moved
+        Moved { lost: moved.lost.or(self.lost), ..moved }
     }
 
     /// Remembers 2 s·F of a stage.

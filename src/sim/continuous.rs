@@ -53,7 +53,7 @@ where
         }
         match system.finish(state, (t, h, record.time(k + 1)), &motion, &start) {
             Ok(moved) => {
-                record.resolve(t, &moved);
+                record.resolve(t, &motion, &moved);
                 motion = moved.motion;
             }
             Err(error) => {

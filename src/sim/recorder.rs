@@ -121,8 +121,8 @@ impl<const N: usize> Recorder<N> {
 
     /// Notes how well the step from time `t` [s] on followed the motion.
     #[inline]
-    pub fn resolve(&mut self, t: f64, moved: &Moved<N>) {
-        self.resolution.add(t, moved);
+    pub fn resolve(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
+        self.resolution.add(t, start, moved);
     }
 
     /// Notes that the run was stopped from outside.

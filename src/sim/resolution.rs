@@ -2,14 +2,15 @@
 
 use core::fmt;
 
+use super::integrators::Motion;
 use super::stiff::{Lost, Moved};
 use crate::math::Vector;
 
 /// A run whose steps are off by more than this in sum is told so [rad or m].
 const MOST_ERROR: f64 = 1e-3;
 
-/// A run that diverges did so for its steps if one of them was off by more than this share of the way that it went, when the
-/// sum passed the bound above. What really runs away is followed well until it is far away.
+/// A run that diverges did so for its steps if one of them was off by more than this share of the way that it went, the first
+/// one off by more than the bound above. What really runs away is followed well until it is far away.
 const ASTRAY: f64 = 0.01;
 
 /// Why a run should not be believed: its step is too long.
@@ -41,6 +42,10 @@ pub enum Coarse {
     Friction,
     /// Viscous friction that a sampled controller cancels: the loop adds up what the steps leave of it.
     Cancelled,
+    /// Stribeck's friction, which makes the joint break away within a step.
+    Falling,
+    /// Stiff friction that the controller cancels by a law which is no part of the plant's, another smoothing for one.
+    Uncovered,
 }
 
 impl fmt::Display for Doubt {
@@ -62,6 +67,16 @@ impl fmt::Display for Doubt {
                 "dt = {dt} s is too long for the viscous friction of q[{joint}], which the controller cancels from \
                  sampled velocities (from t = {t:.6} s on): the loop adds up what the steps leave of it"
             ),
+            Coarse::Falling => write!(
+                f,
+                "dt = {dt} s is too long for the friction of q[{joint}], which breaks away within a step \
+                 (from t = {t:.6} s on)"
+            ),
+            Coarse::Uncovered => write!(
+                f,
+                "dt = {dt} s is too long for the friction that the controller adds for q[{joint}]: it is no part of \
+                 the plant's (larger, or with another smoothing), and too stiff from t = {t:.6} s on"
+            ),
             Coarse::Friction => write!(
                 f,
                 "dt = {dt} s is too long: friction and stops at t = {t:.6} s were not solved to the end"
@@ -76,6 +91,9 @@ impl fmt::Display for Doubt {
 pub(super) struct Resolution<const N: usize> {
     dt: f64,
     sums: Vector<N>,
+    /// The same for steps of RK4, and h/6 times the sum of their changes of velocity.
+    smooth_sums: Vector<N>,
+    swing: f64,
     largest: f64,
     /// Where that was.
     worst: (f64, usize),
@@ -88,26 +106,39 @@ impl<const N: usize> Resolution<N> {
     /// Of steps of `dt` [s].
     pub fn new(dt: f64) -> Self {
         let (sums, largest, worst) = (Vector::zeros(), 0.0, (0.0, 0));
-        Self { dt, sums, largest, worst, astray: None, lost: None }
+        let (smooth_sums, swing) = (sums, 0.0);
+        Self { dt, sums, smooth_sums, swing, largest, worst, astray: None, lost: None }
     }
 
-    /// Adds the step that began at time `t` [s].
+    /// Adds the step from `start` at time `t` [s].
     #[inline]
-    pub fn add(&mut self, t: f64, moved: &Moved<N>) {
+    pub fn add(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
+        let sums = if moved.stiff { &mut self.sums } else { &mut self.smooth_sums };
         for i in 0..N {
             let error = moved.error[i].abs();
-            self.sums[i] += error;
+            sums[i] += error;
             if error > self.largest {
                 (self.largest, self.worst) = (error, (t, i));
             }
         }
-        if self.astray.is_none() && self.sums.max() > MOST_ERROR {
+        if !moved.stiff {
+            self.swing += self.dt / 6.0 * (moved.motion.dq - start.dq).amax();
+        }
+        if self.astray.is_none() && self.largest > MOST_ERROR {
             let way = self.dt * moved.motion.dq.amax();
             self.astray = Some(moved.error.amax() > ASTRAY * way);
         }
         if self.lost.is_none() {
             self.lost = moved.lost.map(|lost| (t, lost));
         }
+    }
+
+    /// The sum of the errors of all steps, of the joint where it is largest. RK4's own error is below the estimate, which is of
+    /// order 3: by about the share of the estimate in the change of velocity, as both fall with the step.
+    fn sum(&self) -> f64 {
+        let estimate = self.smooth_sums.max();
+        let share = if self.swing > 0.0 { (estimate / self.swing).min(1.0) } else { 1.0 };
+        (self.sums + self.smooth_sums * share).max()
     }
 
     /// What to say of these steps if the run diverged after them.
@@ -123,9 +154,15 @@ impl<const N: usize> Resolution<N> {
             Some((t, Lost::Cancelled(joint))) => {
                 Some(Doubt { dt, t, joint, coarse: Coarse::Cancelled })
             }
+            Some((t, Lost::Falling(joint))) => {
+                Some(Doubt { dt, t, joint, coarse: Coarse::Falling })
+            }
+            Some((t, Lost::Uncovered(joint))) => {
+                Some(Doubt { dt, t, joint, coarse: Coarse::Uncovered })
+            }
             Some((t, Lost::Friction)) => Some(Doubt { dt, t, joint: 0, coarse: Coarse::Friction }),
             None => {
-                let (sum, (t, joint)) = (self.sums.max(), self.worst);
+                let (sum, (t, joint)) = (self.sum(), self.worst);
                 let coarse = Coarse::Motion { largest, sum };
                 (sum > MOST_ERROR).then_some(Doubt { dt, t, joint, coarse })
             }

@@ -8,7 +8,7 @@ use super::integrators::{Motion, Tolerance};
 use super::options::Method;
 use super::recorder::Recorder;
 use super::run::{Cause, Run};
-use super::stiff::{self, Lost, Moved, beyond_rk4};
+use super::stiff::{self, Lost, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
 use crate::control::{Audit, Command, Compensator, ComputedTorque, Sample, State};
 use crate::error::Result;
@@ -30,6 +30,10 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
 
 /// Shares h b/m of a velocity for which an implicit step leaves more than a thousandth too much or too little.
 const COARSE: RangeInclusive<f64> = 0.2..=55.0;
+
+/// The largest rate of a fall, times the step, that one part of it may have, and the most parts.
+const MOST_FALL: f64 = 0.3;
+const MOST_PARTS: f64 = 64.0;
 
 /// The plant under a held torque.
 struct Held<'a, const N: usize, A, D> {
@@ -61,8 +65,29 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` [s] from time `t`.
+    /// One step of length `h` [s] from time `t`, in parts where Stribeck's friction falls too fast for one.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
+        let whole = || self.part(motion, t, h);
+        let Some(laws) = &self.laws else { return whole() };
+        if laws.iter().all(|law| law.friction.stribeck == 0.0) {
+            return whole();
+        }
+        let posed = Posed::of(&self.plant.arm, &motion.q, &motion.dq);
+        let Some((rate, joint)) = falling(&posed, laws, h) else { return whole() };
+        let parts = libm::ceil(rate / MOST_FALL).clamp(1.0, MOST_PARTS);
+        let h = h / parts;
+        let mut moved = self.part(motion, t, h);
+        for k in 1..parts as usize {
+            let next = self.part(&moved.motion, t + k as f64 * h, h);
+            let (error, lost) = (moved.error + next.error, moved.lost.or(next.lost));
+            moved = Moved { error, lost, ..next };
+        }
+        let lost = (rate > parts).then_some(Lost::Falling(joint));
+        Moved { lost: moved.lost.or(lost), ..moved }
+    }
+
+    /// One step of length `h` [s] from time `t`.
+    fn part(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match self.start(motion, t, h) {
             Started::Stiff(laws, free, lost) => {
                 let moved = self.step_stiff(motion, (laws, &free), t, h);
@@ -249,7 +274,7 @@ where
             return held.glide(start, (t, record.dt, record.time(k + 1)), tolerance);
         }
         let moved = held.step(start, t, record.dt);
-        record.resolve(t, &moved);
+        record.resolve(t, start, &moved);
         Some(moved.motion)
     }
 }

@@ -12,8 +12,9 @@
 //!    5 | 1/6  1/3  1/3  1/6              5 | 0  1/2  1/2  −1    1
 //! ```
 //!
-//! Both ends of the step are stages, so that a joint that sticks does not move by one bit. Without friction V = W, and the
-//! step is RK4's. Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about as the step. For the friction alone 0 < R(x) < 1 for all x < 0, with
+//! The position at the end takes the last row of ā too, h (½V₂ + ½V₃ − V₄ + V₅): then m v + b q = ∫τ dt holds for viscous
+//! friction, as a loop needs that cancels it. Both ends of the step are stages, so that a joint that sticks does not move by
+//! one bit. Without friction V = W, and joints that have none take RK4's position: the step is RK4's. Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about as the step. For the friction alone 0 < R(x) < 1 for all x < 0, with
 //! R → 3/x² and all stages between 0 and 1: what it leaves of a velocity never changes sign. A loop that holds a torque which
 //! cancels friction lives on 1 − R, so that a slower decay to zero counts there. Nothing is remembered from one step to the next.
 
@@ -30,7 +31,7 @@ const IMPLICIT: [[f64; 4]; 4] =
 pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
 
 /// RK4 stays as long as h times the largest rate at which friction brakes is below this; beyond 2.78 it is unstable.
-const MOST_BRAKING: f64 = 2.0;
+pub(super) const MOST_BRAKING: f64 = 2.0;
 /// Beyond so many times its smoothing friction hardly depends on the velocity.
 const STEADY: f64 = 5.0;
 /// And as long as h² times the largest squared frequency of a joint in its stop is below this.
@@ -43,6 +44,8 @@ pub struct Moved<const N: usize> {
     pub motion: Motion<N>,
     /// An estimate of the error of the position [rad], from a method of lower order.
     pub error: Vector<N>,
+    /// Whether friction and stops were solved for.
+    pub stiff: bool,
     /// A joint that ran into a stop too stiff for the step to follow, or one of a stage that was not solved.
     pub(super) lost: Option<Lost>,
 }
@@ -56,6 +59,10 @@ pub(super) enum Lost {
     Friction,
     /// Viscous friction of this joint, which the controller cancels from sampled velocities.
     Cancelled(usize),
+    /// Stribeck's friction of this joint, which falls too fast.
+    Falling(usize),
+    /// Friction of this joint, which the controller cancels by another law than the plant's.
+    Uncovered(usize),
 }
 
 impl<const N: usize> Moved<N> {
@@ -72,7 +79,7 @@ impl<const N: usize> Moved<N> {
         let motion = start.plus(h, &RK4.weights, &rates);
         // The method of order 3 whose last stage is the end of the step.
         let error = (rates[3].q - motion.dq) * (h / 6.0);
-        Self { motion, error, lost: None }
+        Self { motion, error, stiff: false, lost: None }
     }
 }
 
@@ -91,6 +98,20 @@ pub(super) fn beyond_rk4<const N: usize>(
     let inverse = factor.inverse_diagonal();
     let braking: f64 = (0..N).map(|i| inverse[i] * steepest[i]).sum();
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
+}
+
+/// h times the largest rate at which falling friction speeds a joint up, and that joint. Beyond 1 a stage has several solutions.
+pub(super) fn falling<const N: usize>(
+    posed: &Posed<N>,
+    laws: &[Resistance; N],
+    h: f64,
+) -> Option<(f64, usize)> {
+    if laws.iter().all(|law| law.friction.stribeck == 0.0) {
+        return None;
+    }
+    let inverse = posed.factor.inverse_diagonal();
+    let rates = Vector::<N>::from_fn(|i, _| h * inverse[i] * laws[i].friction.falls());
+    Some((rates.max(), rates.imax()))
 }
 
 /// Whether a bounce of joint `i` in its stop is shorter than a step of `h` [s].
@@ -132,13 +153,17 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
     stage(2);
     // The end has the M of the fourth stage, at the same time and h² away: an error of order 3, in what friction does alone.
     let Posed { mass, factor, .. } = stage(3);
-    let Motion { mut q, dq: forward } = start.plus(h, &RK4.weights, &rates);
+    let forward = start.plus(h, &RK4.weights, &rates);
     let last = Braked { laws, h, start, rates: &rates, braking: &braking };
-    let (dq, f, found) = last.solve(&mass, &factor, &forward);
-    let error = q - start.q - (start.dq + dq) * (0.5 * h);
-    let lost =
-        if solved && found { last.touch(&factor, &dq, &mut q) } else { Some(Lost::Friction) };
-    (Moved { motion: Motion { q, dq }, error, lost }, f)
+    let (dq, f, found) = last.solve(&mass, &factor, &forward.dq);
+    let error = forward.q - start.q - (start.dq + dq) * (0.5 * h);
+    let mut q = last.place() + dq * last.row().1;
+    for i in (0..N).filter(|&i| laws[i].is_none()) {
+        q[i] = forward.q[i];
+    }
+    let motion = Motion { q, dq };
+    let lost = if solved && found { last.bounce(&factor, &motion.q) } else { Some(Lost::Friction) };
+    (Moved { motion, error, stiff: true, lost }, f)
 }
 
 /// A stage whose velocity is to be found.
@@ -198,22 +223,14 @@ impl<const N: usize> Braked<'_, N> {
         })
     }
 
-    /// Puts the joints that are in their stops where the stops were solved for. Says which one came into a stop whose bounce
-    /// is shorter than the step.
-    fn touch(&self, factor: &Factor<N>, v: &Vector<N>, q: &mut Vector<N>) -> Option<Lost> {
-        let (place, h) = (self.place(), self.row().1);
-        let mut lost = None;
-        for (i, law) in self.laws.iter().enumerate() {
-            let at = place[i] + h * v[i];
-            if law.stop.is_none() || law.limits.contain(at) {
-                continue;
-            }
-            q[i] = at;
-            let came = law.limits.contain(self.start.q[i]);
-            if came && lost.is_none() && is_hard(&factor.inverse_diagonal(), law, i, self.h) {
-                lost = Some(Lost::Bounce(i));
-            }
-        }
-        lost
+    /// A joint that came into a stop whose bounce is shorter than the step.
+    fn bounce(&self, factor: &Factor<N>, q: &Vector<N>) -> Option<Lost> {
+        let came = |i: &usize| {
+            let Resistance { stop, limits, .. } = &self.laws[*i];
+            !stop.is_none() && limits.contain(self.start.q[*i]) && !limits.contain(q[*i])
+        };
+        let came = (0..N).find(came)?;
+        let inverse = factor.inverse_diagonal();
+        is_hard(&inverse, &self.laws[came], came, self.h).then_some(Lost::Bounce(came))
     }
 }
