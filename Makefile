@@ -68,6 +68,7 @@ docs: $(VENV)/wheel $(VENV)/manual
 same-work: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked -- --test
 	$(BIN)/python benches/compare.py --quick
+	$(BIN)/python benches/friction_accuracy.py
 
 # The mark tells whether all went well: tee hides the exit code.
 check-all:

@@ -301,9 +301,10 @@ class Serial:
         or (n,). They are part of inverse and forward dynamics, so of a `Plant`, and not of `bias`:
         a `ComputedTorque` of this arm does not count on them.
 
-        RK4 needs ``dt`` < 2.8 / √(stiffness (M⁻¹)ⱼⱼ): the inertia that a stop meets is 1/(M⁻¹)ⱼⱼ,
-        often far less than Mⱼⱼ. With a longer step the joint bounces off, and the run may still
-        finish; "dp54" finds its own step. Raises ValueError for an arm whose joints have no ends.
+        A joint rests in a stop of any stiffness. A bounce is followed while
+        ``dt`` < 1 / √(stiffness (M⁻¹)ⱼⱼ), where 1/(M⁻¹)ⱼⱼ is the inertia that the stop meets, often
+        far less than Mⱼⱼ; a shorter one is lost, and `Run.status` is "unresolved". "dp54" finds its
+        own step. Raises ValueError for an arm whose joints have no ends.
         """
     def with_payload(
         self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike = 0.0
@@ -781,7 +782,8 @@ class Plant:
     ) -> tuple[_Array, _Array]:
         """Move on by ``dt`` [s] from time ``t`` [s] under the held torque ``tau`` [N·m].
 
-        One step of RK4, as a sampled simulation takes it; returns q [rad] and dq [rad/s] at t + dt.
+        As a sampled simulation does: one step of RK4, with friction and stops solved for where RK4
+        would be unstable. Returns q [rad] and dq [rad/s] at t + dt.
         Raises ValueError naming what is not finite, and whatever a callable disturbance raises.
         """
     def __reduce__(self) -> tuple[type[Plant], tuple[Any, ...]]: ...
