@@ -366,3 +366,26 @@ fn a_joint_that_breaks_away_from_stribecks_friction_does_not_creep() {
         }
     }
 }
+
+/// What a controller adds that is no part of the plant's friction (larger, or with another smoothing) stays explicit: it is told
+/// where that is stiff, and right where it is not.
+#[test]
+fn friction_that_is_no_part_of_the_plants_is_told_where_it_is_stiff() {
+    let gains = Gains::new([100.0], [20.0]).unwrap();
+    let path = Quintic::new([0.0], [0.3], 0.0, 2.0).unwrap();
+    let status = |inertia, friction, known| {
+        let plant = Plant::new(joint(inertia, friction), Undisturbed);
+        let controller = ComputedTorque::new(joint(inertia, known), gains, NoCompensation);
+        let options = options(1e-3, false, Method::Rk4);
+        let mut state = State::new(());
+        simulate(&plant, &controller, &mut state, &path, &options, on).unwrap().status
+    };
+    let wide = |coulomb| JointFriction { smoothing: 0.05, ..smooth(0.0, coulomb) };
+    for known in [wide(0.5), smooth(0.0, 0.66), dry(0.0, 0.6)] {
+        let told = status(1e-4, smooth(0.0, 0.6), known);
+        let Status::Unresolved(doubt) = told else { panic!("{told}") };
+        assert_eq!(doubt.coarse, Coarse::Uncovered);
+    }
+    assert_eq!(status(0.1, dry(0.0, 0.1), wide(0.05)), Status::Finished);
+    assert_eq!(status(1e-4, smooth(0.0, 0.6), smooth(0.0, 0.5)), Status::Finished);
+}
