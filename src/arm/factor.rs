@@ -55,6 +55,7 @@ impl<const N: usize> Factor<N> {
     }
 
     /// (M⁻¹)ᵢᵢ: `Σₖ (L⁻¹)ᵢₖ² / dₖ`.
+    #[cfg(feature = "std")]
     pub fn inverse_diagonal(&self) -> Vector<N> {
         let mut inverse = [[0.0; N]; N];
         Vector::from_fn(|i, _| {
@@ -74,6 +75,7 @@ impl<const N: usize> Factor<N> {
 }
 
 #[cfg(test)]
+#[cfg(feature = "std")]
 mod tests {
     use super::*;
 

@@ -106,6 +106,7 @@ impl JointFriction {
     }
 
     /// An upper bound of ∂f/∂q̇ [N·m·s/rad]; infinite for dry friction.
+    #[cfg(feature = "std")]
     pub(crate) fn steepest(&self) -> f64 {
         let [up, down] = self.coulomb;
         let dry = up.max(down) + self.stribeck;
@@ -113,6 +114,7 @@ impl JointFriction {
     }
 
     /// An upper bound of −∂f/∂q̇ where Stribeck's friction falls [N·m·s/rad]: `√(2/e) stribeck / stribeck_speed − viscous`.
+    #[cfg(feature = "std")]
     pub(crate) fn falls(&self) -> f64 {
         (0.857_763_884_960_706_8 * self.stribeck / self.stribeck_speed - self.viscous).max(0.0)
     }
@@ -141,6 +143,7 @@ impl JointFriction {
     }
 
     /// Whether `other` is a part of this: what is left of it neither drives the joint nor falls where this does not.
+    #[cfg(feature = "std")]
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let stribeck = other.stribeck == 0.0
             || self.stribeck >= other.stribeck && self.stribeck_speed == other.stribeck_speed;

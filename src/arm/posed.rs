@@ -21,6 +21,7 @@ impl<const N: usize> Posed<N> {
 
     /// M⁻¹(τ − C q̇ − G) [rad/s²]: without friction and stops.
     #[inline]
+    #[cfg(feature = "std")]
     pub fn free(&self, tau: &Vector<N>) -> Vector<N> {
         self.factor.solve(&(tau - self.rigid))
     }

@@ -1,7 +1,9 @@
 //! What opposes the motion of one joint and may be stiff: `g(v) = f(v) − f̂(v) + s(q, v)`, its friction less what a
 //! controller adds to cancel it, and its stop.
 
-use super::{Arm, JointFriction, JointLimits, JointStop};
+#[cfg(feature = "std")]
+use super::Arm;
+use super::{JointFriction, JointLimits, JointStop};
 
 /// Friction, what is known and cancelled of it, and the stop of a joint.
 #[derive(Clone, Copy, Debug, Default)]
@@ -15,6 +17,7 @@ pub(crate) struct Resistance {
 
 impl Resistance {
     /// What opposes the motion of the joints of an arm.
+    #[cfg(feature = "std")]
     pub fn of<const N: usize, A: Arm<N> + ?Sized>(arm: &A) -> [Self; N] {
         core::array::from_fn(|joint| {
             let (stop, limits) = arm.joint_stop(joint);
@@ -31,6 +34,7 @@ impl Resistance {
 
     /// Whether nothing opposes the motion.
     #[inline]
+    #[cfg(feature = "std")]
     pub fn is_none(&self) -> bool {
         self.friction == self.known && self.stop.is_none()
     }

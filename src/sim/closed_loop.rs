@@ -66,7 +66,7 @@ where
             latest: None,
             evaluation: None,
             shares: [Certificate::default(); MAX_STAGES],
-            laws: plant.arm.resists().then(|| cancelled(&plant.arm, &controller.arm)),
+            laws: plant.arm.resists().then(|| stiff::cancelled(&plant.arm, &controller.arm)),
             pulls: [0.0; 4],
             last_braking: None,
             lost: None,
@@ -126,6 +126,7 @@ where
     }
 
     /// The same where something opposes the motion of the joints.
+    #[inline(never)]
     fn begin_braked<S>(
         &mut self,
         state: &mut S,
@@ -162,7 +163,7 @@ where
             stiff && explicit != laws[i].known
         });
         self.lost = self.lost.or(uncovered.map(Lost::Uncovered));
-        let free = posed.free(&(push - known(&laws, dq)));
+        let free = posed.free(&(push - stiff::known(&laws, dq)));
         self.pull(0, &evaluation, &(ddq - free));
         (evaluation, Start { ddq, stiff: Some((laws, free)) })
     }
@@ -232,6 +233,7 @@ where
     ///
     /// # Errors
     /// When the weights would not be finite.
+    #[inline(always)]
     pub fn finish<S>(
         &mut self,
         state: &mut S,
@@ -248,6 +250,7 @@ where
     }
 
     /// The stages of such a step; the compensator stays at its start.
+    #[inline(always)]
     pub(super) fn attempt<S>(
         &mut self,
         state: &mut S,
@@ -258,18 +261,33 @@ where
     where
         C: Compensator<N, S>,
     {
-        let time = |stage: &Stage<'_>| if stage.node == 1.0 { end } else { t + stage.node * h };
-        let Some((laws, free)) = &start.stiff else {
-            self.last_braking = None;
-            return Moved::by_rk4(h, motion, &start.ddq, |stage, at| {
-                self.rate(state, stage, time(stage), at)
-            });
-        };
-        let arm = &self.plant.arm;
+        if let Some((laws, free)) = &start.stiff {
+            return self.attempt_braked(state, (t, h, end), motion, (laws, free));
+        }
+        self.last_braking = None;
+        Moved::by_rk4(h, motion, &start.ddq, |stage, at| {
+            self.rate(state, stage, time_of(stage, (t, h, end)), at)
+        })
+    }
+
+    /// The same with friction solved for.
+    #[inline(never)]
+    fn attempt_braked<S>(
+        &mut self,
+        state: &mut S,
+        times: (f64, f64, f64),
+        motion: &Motion<N>,
+        (laws, free): (&[Resistance; N], &Vector<N>),
+    ) -> Moved<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let (arm, h) = (&self.plant.arm, times.1);
         let (moved, last) = stiff::step(arm, laws, h, motion, free, |stage, at, posed, braking| {
             let mut free = Vector::zeros();
-            let (evaluation, _) = self.evaluate_by(state, stage, time(stage), at, |net| {
-                free = posed.free(&(net - known(laws, &at.dq)));
+            let time = time_of(stage, times);
+            let (evaluation, _) = self.evaluate_by(state, stage, time, at, |net| {
+                free = posed.free(&(net - stiff::known(laws, &at.dq)));
                 free + braking
             });
             self.pull(stage.index, &evaluation, braking);
@@ -372,20 +390,8 @@ where
     }
 }
 
-/// What opposes the motion of the plant's joints, less what the controller's arm knows of it. That is left out where it is not
-/// covered: the rest would drive the joint.
-fn cancelled<const N: usize>(plant: &impl Arm<N>, nominal: &impl Arm<N>) -> [Resistance; N] {
-    let mut laws = Resistance::of(plant);
-    for (joint, law) in laws.iter_mut().enumerate() {
-        let known = nominal.joint_friction(joint);
-        if law.friction.covers(&known) {
-            law.known = known;
-        }
-    }
-    laws
-}
-
-/// f̂(q̇) [N·m].
-fn known<const N: usize>(laws: &[Resistance; N], dq: &Vector<N>) -> Vector<N> {
-    Vector::from_fn(|i, _| laws[i].known.torque(dq[i]))
+/// The time of a stage in a step of `h` [s] from `t` to `end`, which is that to the bit.
+#[inline(always)]
+fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
+    if stage.node == 1.0 { end } else { t + stage.node * h }
 }

@@ -111,7 +111,7 @@ impl<const N: usize> Resolution<N> {
     }
 
     /// Adds the step from `start` at time `t` [s].
-    #[inline]
+    #[inline(always)]
     pub fn add(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
         let sums = if moved.stiff { &mut self.sums } else { &mut self.smooth_sums };
         for i in 0..N {

@@ -67,6 +67,7 @@ pub(super) enum Lost {
 
 impl<const N: usize> Moved<N> {
     /// One step of RK4 of length `h` [s] from `start`, where q̈ = `ddq`.
+    #[inline(always)]
     pub fn by_rk4(
         h: f64,
         start: &Motion<N>,
@@ -98,6 +99,27 @@ pub(super) fn beyond_rk4<const N: usize>(
     let inverse = factor.inverse_diagonal();
     let braking: f64 = (0..N).map(|i| inverse[i] * steepest[i]).sum();
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
+}
+
+/// What opposes the motion of the plant's joints, less what the controller's arm knows of it. That is left out where it is not
+/// covered: the rest would drive the joint.
+pub(super) fn cancelled<const N: usize>(
+    plant: &impl Arm<N>,
+    nominal: &impl Arm<N>,
+) -> [Resistance; N] {
+    let mut laws = Resistance::of(plant);
+    for (joint, law) in laws.iter_mut().enumerate() {
+        let known = nominal.joint_friction(joint);
+        if law.friction.covers(&known) {
+            law.known = known;
+        }
+    }
+    laws
+}
+
+/// f̂(q̇) [N·m].
+pub(super) fn known<const N: usize>(laws: &[Resistance; N], dq: &Vector<N>) -> Vector<N> {
+    Vector::from_fn(|i, _| laws[i].known.torque(dq[i]))
 }
 
 /// h times the largest rate at which falling friction speeds a joint up, and that joint. Beyond 1 a stage has several solutions.

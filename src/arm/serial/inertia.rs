@@ -166,6 +166,7 @@ impl Default for JointLimits {
 
 impl JointLimits {
     /// Whether the position is within the range.
+    #[cfg(feature = "std")]
     pub(crate) fn contain(&self, q: f64) -> bool {
         self.lower <= q && q <= self.upper
     }

@@ -122,6 +122,7 @@ impl Inertia {
     }
 
     /// Refuses numbers that are not finite, and moments that are not symmetric.
+    #[cfg(feature = "std")]
     pub(crate) fn check_form(&self) -> Result<()> {
         check_form(self, InertiaNames::ALONE, None)
     }
