@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -26,11 +26,11 @@ TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 
 @dataclass(frozen=True)
 class Status:
-    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it is not plainly finished.
+    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it did not just finish.
 
-    A run that is "unresolved" reached its duration in steps that were too long for the motion, for a
-    stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too long
-    for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
+    A run that is "unresolved" reached its duration in steps that were too long for the motion, for
+    a stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too
+    long for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
     """
 
     kind: Literal["finished", "unresolved", "diverged", "interrupted"]
