@@ -10,7 +10,7 @@
 use super::{Factor, Resistance};
 use crate::math::{Matrix, Vector};
 
-/// Most steps of Newton's method; in all runs tried it took 36 at the most.
+/// Most steps of Newton's method; a run in which they did not do is told.
 const MOST_STEPS: usize = 60;
 /// Most times that a step is shortened.
 const MOST_CUTS: usize = 6;

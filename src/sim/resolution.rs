@@ -18,9 +18,9 @@ const ASTRAY: f64 = 0.01;
 pub struct Doubt {
     /// The step [s].
     pub dt: f64,
-    /// When it was worst [s], and for which joint.
+    /// When it was worst, or first noticed [s].
     pub t: f64,
-    /// The joint.
+    /// The joint for which.
     pub joint: usize,
     /// What the step is too long for.
     pub coarse: Coarse,

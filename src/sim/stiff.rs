@@ -13,10 +13,13 @@
 //! ```
 //!
 //! The position at the end takes the last row of ā too, h (½V₂ + ½V₃ − V₄ + V₅): then m v + b q = ∫τ dt holds for viscous
-//! friction, as a loop needs that cancels it. Both ends of the step are stages, so that a joint that sticks does not move by
-//! one bit. Without friction V = W, and joints that have none take RK4's position: the step is RK4's. Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about as the step. For the friction alone 0 < R(x) < 1 for all x < 0, with
-//! R → 3/x² and all stages between 0 and 1: what it leaves of a velocity never changes sign. A loop that holds a torque which
-//! cancels friction lives on 1 − R, so that a slower decay to zero counts there. Nothing is remembered from one step to the next.
+//! friction, as a loop needs that cancels it. Both ends of the step are stages, so that a joint that sticks does not move
+//! by one bit. Without friction V = W, and joints that have none take RK4's position: the step is RK4's.
+//!
+//! Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about as the step. For the
+//! friction alone 0 < R(x) < 1 for all x < 0, R → 3/x², and all stages lie between 0 and 1: what it leaves of a velocity
+//! never changes sign. A loop that holds a torque which cancels friction lives on 1 − R: a slow decay to 0 would count.
+//! Nothing is remembered from one step to the next.
 
 use super::integrators::{Motion, RK4};
 use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
@@ -32,10 +35,10 @@ pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
 
 /// RK4 stays as long as h times the largest rate at which friction brakes is below this; beyond 2.78 it is unstable.
 pub(super) const MOST_BRAKING: f64 = 2.0;
-/// Beyond so many times its smoothing friction hardly depends on the velocity.
-const STEADY: f64 = 5.0;
 /// And as long as h² times the largest squared frequency of a joint in its stop is below this.
 const MOST_SPRING: f64 = 1.0;
+/// Beyond so many times its smoothing friction hardly depends on the velocity.
+const STEADY: f64 = 5.0;
 
 /// Where a step led.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +49,7 @@ pub struct Moved<const N: usize> {
     pub error: Vector<N>,
     /// Whether friction and stops were solved for.
     pub stiff: bool,
-    /// A joint that ran into a stop too stiff for the step to follow, or one of a stage that was not solved.
+    /// What the step could not follow.
     pub(super) lost: Option<Lost>,
 }
 
