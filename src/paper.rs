@@ -4,7 +4,7 @@ use core::f64::consts::FRAC_1_SQRT_2;
 
 use crate::arm::{TwoLink, TwoLinkParameters};
 use crate::control::{Adaptation, ComputedTorque, FuzzyCompensator, FuzzyParameters, Gains};
-use crate::error::{Error, Result};
+use crate::error::{Result, at_most};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
 use crate::plant::Plant;
 use crate::reference::{Harmonic, Sines};
@@ -74,9 +74,7 @@ pub fn gains() -> Result<Gains<2>> {
 /// The basis of a reading over `inputs` inputs.
 pub fn basis(reading: Reading, inputs: usize) -> Result<FuzzyBasis> {
     const MOST: usize = 8;
-    if inputs > MOST {
-        return Err(Error::TooMany { parameter: "inputs", got: Some(inputs), limit: MOST });
-    }
+    at_most("inputs", inputs, MOST)?;
     let axis = Axis { centers: &CENTERS, widths: &[WIDTH] };
     FuzzyBasis::new(reading.form, reading.normalized, &[axis; MOST][..inputs])
 }

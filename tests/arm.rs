@@ -3,9 +3,9 @@
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use steadyarm::Error;
 use steadyarm::arm::{Arm, Friction, TwoLink, TwoLinkParameters};
 use steadyarm::math::{Matrix, Vector};
+use steadyarm::{Error, Problem};
 
 /// Rounding of a dozen operations on numbers of size 1 to 1000.
 const ROUNDING: f64 = 1e-12;
@@ -283,12 +283,12 @@ fn too_small(
     got: f64,
     wanted: &'static str,
 ) -> Error {
-    Error::OutOfRange { parameter, index, got, wanted }
+    Error::out_of_range(parameter, got, wanted).at(index)
 }
 
 /// NaN is not equal to itself, so only infinities are compared as values.
 fn not_finite(parameter: &'static str, index: Option<usize>) -> Error {
-    Error::NotFinite { parameter, index, got: f64::INFINITY }
+    Error::not_finite(parameter, f64::INFINITY).at(index)
 }
 
 #[test]
@@ -300,10 +300,8 @@ fn refuses_a_mass_of_zero() {
 #[test]
 fn refuses_a_mass_that_is_nan() {
     let error = refusal(|p| p.mass[0] = f64::NAN);
-    assert!(matches!(
-        error,
-        Error::NotFinite { parameter: "mass", index: Some(0), got } if got.is_nan()
-    ));
+    assert_eq!((error.parameter(), error.index()), ("mass", Some(0)));
+    assert!(matches!(error.problem(), Problem::NotFinite { got, .. } if got.is_nan()));
 }
 
 #[test]

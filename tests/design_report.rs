@@ -5,7 +5,6 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use steadyarm::Error;
 use steadyarm::arm::Arm;
 use steadyarm::control::Inputs;
 use steadyarm::design::{Conditions, Finding, Report};
@@ -145,18 +144,9 @@ fn inputs_other_than_the_error_are_judged_at_the_origin() {
 #[test]
 fn each_condition_that_makes_no_sense_is_named() {
     let controller = adaptive(Form::Shared, true, 7.0);
-    let refused = |conditions: Conditions<'_>| match Report::new(
-        &controller.gains,
-        &controller.compensator,
-        &conditions,
-    )
-    .unwrap_err()
-    {
-        Error::OutOfRange { parameter, .. }
-        | Error::NotFinite { parameter, .. }
-        | Error::WrongLength { parameter, .. }
-        | Error::TooMany { parameter, .. } => parameter,
-        other => panic!("{other:?}"),
+    let refused = |conditions: Conditions<'_>| {
+        let report = Report::new(&controller.gains, &controller.compensator, &conditions);
+        report.unwrap_err().parameter()
     };
     let good = Conditions::default();
     assert_eq!(refused(Conditions { period: 0.0, ..good }), "period");

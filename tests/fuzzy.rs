@@ -4,10 +4,10 @@
 mod common;
 
 use common::{FORMS, Random};
-use steadyarm::Error;
 use steadyarm::fuzzy::{
     Axis, Form, FuzzyApproximator, FuzzyBasis, MAX_INPUTS, MAX_RULES, MAX_SETS,
 };
+use steadyarm::{Error, Problem};
 
 /// A dozen roundings in a product of four memberships, and a power of one exponential instead of each its own.
 const BASIS_TOL: f64 = 1e-13;
@@ -173,7 +173,7 @@ fn large_grids_equal_the_equations_too() {
 fn too_many_rules_are_refused_before_anything_is_allocated() {
     let ten = Sets { centers: (0..10).map(f64::from).collect(), widths: vec![1.0] };
     let refusal = |inputs| try_basis(Form::Grid, true, &vec![ten.clone(); inputs]).unwrap_err();
-    let error = |got| Error::TooMany { parameter: "rules", got, limit: MAX_RULES };
+    let error = |got| Error::too_many("rules", got, MAX_RULES);
     assert_eq!(refusal(7), error(Some(10_000_000)));
     assert_eq!(refusal(19), error(Some(10_000_000_000_000_000_000)));
     assert_eq!(refusal(20), error(None));
@@ -184,11 +184,10 @@ fn too_many_rules_are_refused_before_anything_is_allocated() {
 fn too_many_inputs_or_sets_are_refused() {
     let one = Sets { centers: vec![0.0], widths: vec![1.0] };
     let refusal = |sets: &[Sets]| try_basis(Form::Concat, true, sets).unwrap_err();
-    let (got, limit) = (Some(MAX_INPUTS + 1), MAX_INPUTS);
-    let inputs = Error::TooMany { parameter: "inputs", got, limit };
+    let inputs = Error::too_many("inputs", Some(MAX_INPUTS + 1), MAX_INPUTS);
     assert_eq!(refusal(&vec![one; MAX_INPUTS + 1]), inputs);
     let many = Sets { centers: (0..200).map(f64::from).collect(), widths: vec![1.0] };
-    let sets = Error::TooMany { parameter: "sets", got: Some(600), limit: MAX_SETS };
+    let sets = Error::too_many("sets", Some(600), MAX_SETS);
     assert_eq!(refusal(&vec![many; 3]), sets);
 }
 
@@ -265,7 +264,8 @@ fn approximation_improves_with_the_number_of_rules() {
 #[test]
 fn samples_that_do_not_determine_the_weights_need_a_ridge() {
     let refusal = approximator(20, 0.0, 10).unwrap_err();
-    assert!(matches!(refusal, Error::NotPositive { parameter: "ridge", .. }), "{refusal:?}");
+    assert!(matches!(refusal.problem(), Problem::NotPositive { .. }), "{refusal}");
+    assert_eq!(refusal.parameter(), "ridge");
     assert!(approximator(20, 1e-9, 10).is_ok());
     assert!(approximator(5, 0.0, 100).is_ok());
 }

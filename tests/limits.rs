@@ -121,10 +121,7 @@ fn last_time_is_the_duration() {
 fn what_cannot_be_looked_at_is_refused_by_name() {
     let arm = arm([JointLimits::NONE; 2]);
     let rest = |_: f64| Setpoint::at_rest([0.0; 2].into());
-    let name = |refused: Result<_, Error>| match refused.unwrap_err() {
-        Error::NotFinite { parameter, .. } | Error::OutOfRange { parameter, .. } => parameter,
-        other => panic!("{other}"),
-    };
+    let name = |refused: Result<_, Error>| refused.unwrap_err().parameter();
     for bad in [f64::NAN, f64::INFINITY, -1.0] {
         assert_eq!(name(check_limits(&arm, &rest, bad, 0.1)), "duration");
         assert_eq!(name(check_limits(&arm, &rest, 1.0, bad)), "dt");

@@ -6,7 +6,7 @@ mod random;
 
 use nalgebra::{DMatrix, DVector, SMatrix};
 use random::Random;
-use steadyarm::Error;
+use steadyarm::Problem;
 use steadyarm::eigen::max_real;
 use steadyarm::riccati::{
     RESIDUAL_LIMIT, Solution, bounded_real, care, gamma_opt, joint, joint_gamma_opt, joint_lqr,
@@ -131,7 +131,8 @@ fn the_limit_of_q_is_told_apart_to_ten_digits() {
         bounded_real(&a, &b, &q, 1.0).unwrap_err(),
         joint(8.0, 5.5, q[(0, 0)], q[(1, 1)], 1.0).unwrap_err(),
     ] {
-        let Error::NoStabilizingSolution { gamma, gamma_opt, max_scale } = refusal else {
+        let Problem::NoStabilizingSolution { gamma, gamma_opt, max_scale, .. } = refusal.problem()
+        else {
             panic!("{refusal}")
         };
         assert_eq!(gamma, 1.0);
@@ -155,7 +156,8 @@ fn substitute_bounded<const S: usize, const M: usize>(random: &mut Random, round
         }
         for ratio in [1.0 - 1e-8, 1.0 - 1e-5, 0.9, 0.1, 1e-4, 1e-12] {
             let refusal = bounded_real(&a, &b, &q, limit * ratio).expect_err(&what(ratio));
-            let Error::NoStabilizingSolution { gamma_opt, max_scale, .. } = refusal else {
+            let Problem::NoStabilizingSolution { gamma_opt, max_scale, .. } = refusal.problem()
+            else {
                 panic!("{}: {refusal}", what(ratio))
             };
             assert_eq!(gamma_opt, limit);

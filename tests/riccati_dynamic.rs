@@ -6,9 +6,9 @@ mod random;
 
 use nalgebra::{DMatrix, SMatrix};
 use random::Random;
-use steadyarm::Error;
 use steadyarm::riccati::dynamic::{MOST_STATES, bounded_real, care, gamma_opt};
 use steadyarm::riccati::{self, RESIDUAL_LIMIT};
+use steadyarm::{Error, Problem};
 
 fn matrix(random: &mut Random, rows: usize, columns: usize) -> DMatrix<f64> {
     DMatrix::from_fn(rows, columns, |_, _| random.next())
@@ -80,7 +80,7 @@ fn limit_of_gamma_is_told_apart_beyond_sixteen_states() {
         let found = bounded_real(&a, &b, &q, limit * (1.0 + 1e-8)).unwrap();
         assert!(found.residual <= RESIDUAL_LIMIT && found.max_real < 0.0);
         let refusal = bounded_real(&a, &b, &q, limit * (1.0 - 1e-8)).unwrap_err();
-        assert!(matches!(refusal, Error::NoStabilizingSolution { .. }), "{refusal}");
+        assert!(matches!(refusal.problem(), Problem::NoStabilizingSolution { .. }), "{refusal}");
     }
 }
 
@@ -88,11 +88,9 @@ fn limit_of_gamma_is_told_apart_beyond_sixteen_states() {
 fn wrong_shapes_are_refused_by_name() {
     let square = |n: usize| DMatrix::<f64>::identity(n, n);
     let (a, b, q, r) = (-square(3), DMatrix::zeros(3, 2), square(3), square(2));
-    let named = |e: Error, wanted: &str| match e {
-        Error::WrongLength { parameter, .. } | Error::TooMany { parameter, .. } => {
-            parameter == wanted
-        }
-        _ => false,
+    let named = |e: Error, wanted: &str| {
+        let of_size = matches!(e.problem(), Problem::WrongLength { .. } | Problem::TooMany { .. });
+        of_size && e.parameter() == wanted
     };
     assert!(care(&a, &b, &q, &r).is_ok());
     assert!(named(care(&DMatrix::zeros(3, 2), &b, &q, &r).unwrap_err(), "a"));

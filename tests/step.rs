@@ -6,7 +6,6 @@ mod common;
 use common::{
     Adaptive, AdaptiveState, Random, adaptive, bits, everything, fresh, modified, weights,
 };
-use steadyarm::Error;
 use steadyarm::arm::Arm;
 use steadyarm::control::{Command, ComputedTorque, Gains, Inputs, Limits, NoCompensation, State};
 use steadyarm::fuzzy::Form;
@@ -14,6 +13,7 @@ use steadyarm::math::{Matrix, Vector};
 use steadyarm::paper;
 use steadyarm::reference::{Reference, Setpoint};
 use steadyarm::sim::{Motion, hold_torque};
+use steadyarm::{Error, Problem};
 
 const H: f64 = 1e-3;
 /// The time after the release of a limit within which the error must be what it would have been [s].
@@ -85,7 +85,8 @@ fn weights_that_would_overflow_are_refused_and_stay() {
     let before = (bits(&weights(&controller, &state.compensator)), state.last_tau, state.steps);
     let far = VALID.map(|x| 1e6 * x);
     let error = step(&controller, &mut state, &far, 1.0).unwrap_err();
-    assert!(matches!(error, Error::OutOfRange { parameter: "weights", .. }), "{error}");
+    assert!(matches!(error.problem(), Problem::OutOfRange { .. }), "{error}");
+    assert_eq!(error.parameter(), "weights");
     let after = (bits(&weights(&controller, &state.compensator)), state.last_tau, state.steps);
     assert_eq!(after, before);
     let usual = adaptive(Form::Concat, true, 7.0);
@@ -128,7 +129,8 @@ fn a_torque_that_is_no_number_is_refused_even_inside_an_effort_limit() {
         let error = controller
             .step(&mut state, &Vector::zeros(), &Vector::zeros(), &desired, H)
             .unwrap_err();
-        assert!(matches!(error, Error::NotFinite { parameter: "tau", .. }), "{error}");
+        assert!(matches!(error.problem(), Problem::NotFinite { .. }), "{error}");
+        assert_eq!(error.parameter(), "tau");
         assert_eq!(state, State::new(()));
     }
 }

@@ -151,8 +151,7 @@ impl<const N: usize, A: Arm<N>, C> ComputedTorque<N, A, C> {
         let mut command = self.law(&mut state.compensator, &Stage::NOW, &sample);
         let wished = command.tau;
         if let Some(n) = wished.iter().position(|tau| !tau.is_finite()) {
-            let (index, got) = (Some(n), wished[n]);
-            return Err(Error::NotFinite { parameter: "tau", index, got });
+            return Err(Error::not_finite("tau", wished[n]).at(n));
         }
         if let Some(last) = &state.last_tau {
             command.tau = self.limits.clamp_after(last, &command.tau, dt);

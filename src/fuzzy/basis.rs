@@ -20,7 +20,7 @@ use super::kronecker::{Column, kronecker};
 use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};
-use crate::error::{Error, Result, finite};
+use crate::error::{Result, finite, length};
 use crate::math::{LANES, sqrt};
 
 /// Most inputs of a basis: seven signals of eight joints fit.
@@ -278,8 +278,4 @@ impl WithSimd for Activate<'_> {
     fn with_simd<S: Simd>(self, simd: S) {
         self.basis.activate(simd, self.x, self.scratch, self.activation);
     }
-}
-
-pub(super) fn length(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
-    if got == wanted { Ok(()) } else { Err(Error::WrongLength { parameter, got, wanted }) }
 }

@@ -5,13 +5,13 @@ use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of};
 use super::convert::{
-    Array1, Array2, count, matrix, numbers, owned2, scalar, scalar_or, wrong_shape,
+    Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::per_joint::{PerJoint, common_joints};
 use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
-use crate::error::{Error, non_negative, within};
+use crate::error::{non_negative, within};
 use crate::fuzzy::FuzzyApproximator;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -315,12 +315,8 @@ fn kernel_parameters(
     if let Some(given) = merge_tolerance {
         kernel.merge_tolerance = scalar(given, "merge_tolerance")?;
     }
-    kernel.validate().map_err(|error| match error {
-        Error::TooMany { got, limit, .. } => {
-            value_error(Error::TooMany { parameter: "dictionary", got, limit })
-        }
-        other => value_error(other),
-    })?;
+    let argument = |parameter| if parameter == "capacity" { "dictionary" } else { parameter };
+    kernel.validate().map_err(|error| value_error(renamed(error, argument)))?;
     if !basis.is_grid() {
         let message = format!(
             "dictionary: got {capacity} for {}, wants form=\"grid\": no other has a kernel form",

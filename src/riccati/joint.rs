@@ -77,11 +77,7 @@ pub fn joint(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<JointSolu
         Some(p) => finite_solution(p),
         None => {
             let gamma_opt = joint_gamma_opt(kp, kv, q1, q2)?;
-            Err(Error::NoStabilizingSolution {
-                gamma,
-                gamma_opt,
-                max_scale: scale(gamma, gamma_opt),
-            })
+            Err(Error::no_stabilizing_solution(gamma, gamma_opt, scale(gamma, gamma_opt)))
         }
     }
 }

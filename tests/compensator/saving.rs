@@ -3,10 +3,10 @@
 use super::common::{
     Adaptive, AdaptiveState, Random, bits, everything, fresh, law, modified, weights,
 };
-use steadyarm::Error;
 use steadyarm::control::{Inputs, Limits};
 use steadyarm::fuzzy::Form;
 use steadyarm::reference::Setpoint;
+use steadyarm::{Error, Problem};
 
 fn controller(form: Form, everything_on: bool) -> Adaptive {
     let adaptation = if everything_on { everything(7.0) } else { law(7.0) };
@@ -87,11 +87,11 @@ fn a_file_of_another_controller_is_refused() {
     let (shared, concat) = (controller(Form::Shared, true), controller(Form::Concat, true));
     let bytes = shared.compensator.save(&taught(&shared, true));
     let other = concat.compensator.restore(&mut fresh(&concat), &bytes).unwrap_err();
-    assert_eq!(other, Error::WrongLength { parameter: "rules", got: 5, wanted: 20 });
+    assert_eq!(other, Error::wrong_length("rules", 5, 20));
     let plain = controller(Form::Shared, false);
     let mut state = fresh(&plain);
     let without = plain.compensator.restore(&mut state, &bytes).unwrap_err();
-    assert!(matches!(without, Error::Damaged { .. }), "{without}");
+    assert!(matches!(without.problem(), Problem::Damaged { .. }), "{without}");
     assert!(weights(&plain, &state.compensator).iter().all(|w| *w == 0.0));
 }
 

@@ -3,13 +3,13 @@
 use super::common::{
     self, Adaptive, AdaptiveState, Random, bits, everything, fresh, law, modified, weights,
 };
-use steadyarm::Error;
 use steadyarm::control::{Adaptation, FuzzyCompensator, FuzzyParameters};
 use steadyarm::control::{Gains, Inputs, Limits, Signal, State};
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::math::Vector;
 use steadyarm::paper::{self, Reading};
 use steadyarm::reference::Setpoint;
+use steadyarm::{Error, Problem};
 
 const H: f64 = 1e-3;
 /// Two exponentials, and as many roundings as there are steps.
@@ -215,13 +215,14 @@ fn a_basis_of_another_size_and_an_equation_without_solution_are_refused() {
     };
     let reading = Reading { form: Form::Grid, normalized: true, gain: 1.0 };
     let basis = |inputs| paper::basis(reading, inputs).unwrap();
-    let wrong = |parameter, got, wanted| Error::WrongLength { parameter, got, wanted };
+    let wrong = Error::wrong_length;
     assert_eq!(try_new(basis(3), FuzzyParameters::default()), wrong("inputs", 3, 4));
     let axis = Axis { centers: &[0.0], widths: &[1.0] };
     let joints = FuzzyBasis::new(Form::PerJoint { joints: 4 }, true, &[axis; 4]).unwrap();
     assert_eq!(try_new(joints, FuzzyParameters::default()), wrong("joints", 4, 2));
     let hard = FuzzyParameters { gamma: 0.6, ..FuzzyParameters::default() };
-    assert!(matches!(try_new(basis(4), hard), Error::NoStabilizingSolution { gamma: 0.6, .. }));
+    let refusal = try_new(basis(4), hard).problem();
+    assert!(matches!(refusal, Problem::NoStabilizingSolution { gamma: 0.6, .. }));
     let heavy = FuzzyParameters { q_velocity: [10.0, -1.0], ..FuzzyParameters::default() };
     assert_eq!(try_new(basis(4), heavy).to_string(), "q2: got -1, wants a number >= 0");
     assert_eq!(
@@ -260,7 +261,7 @@ fn a_state_lives_in_any_buffer_that_is_long_enough() {
     let controller = error_inputs(law(7.0));
     let wanted = controller.compensator.buffer_len();
     let short = controller.compensator.state_in(vec![0.0; wanted - 1]).unwrap_err();
-    assert_eq!(short, Error::WrongLength { parameter: "buffer", got: wanted - 1, wanted });
+    assert_eq!(short, Error::wrong_length("buffer", wanted - 1, wanted));
     let mut memory = vec![f64::NAN; wanted];
     let mut borrowed = State::new(controller.compensator.state_in(&mut memory[..]).unwrap());
     let mut owned = fresh(&controller);

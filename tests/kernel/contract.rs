@@ -1,7 +1,6 @@
 //! Seven joints on a grid of 6.1 billion rules, and the contract of a step: finite, refusals without a trace, no
 //! allocation; and what a constructor refuses.
 
-use steadyarm::Error;
 use steadyarm::control::{
     Adaptation, FuzzyParameters, Gains, Inputs, KernelCompensator, KernelParameters, KernelState,
     State,
@@ -9,6 +8,7 @@ use steadyarm::control::{
 use steadyarm::fuzzy::{Axis, KernelBasis, MAX_INPUTS, MAX_SETS};
 use steadyarm::math::Vector;
 use steadyarm::reference::Setpoint;
+use steadyarm::{Error, Problem};
 
 use super::common::{Random, bits};
 use super::counting::calls_during;
@@ -43,6 +43,10 @@ fn snapshot(
         numbers.extend(c.iter().chain(&memberships));
     }
     (state.atoms(), [state.merged(), state.dropped()], bits(&numbers))
+}
+
+fn out_of_range(error: Error) -> bool {
+    matches!(error.problem(), Problem::OutOfRange { .. })
 }
 
 #[test]
@@ -108,7 +112,7 @@ fn weights_that_would_be_too_large_are_refused_and_change_nothing() {
     let (q, dq, desired) = sample(&mut Random(3), 1e4);
     let before = snapshot(&controller.compensator, &state.compensator);
     let error = controller.step(&mut state, &q, &dq, &desired, 1.0).unwrap_err();
-    assert!(matches!(error, Error::OutOfRange { parameter: "weights", .. }), "{error}");
+    assert!(error.parameter() == "weights" && out_of_range(error), "{error}");
     assert_eq!(before, snapshot(&controller.compensator, &state.compensator));
 }
 
@@ -145,7 +149,7 @@ fn any_buffer_long_enough_gives_the_same_torques() {
     let wanted = controller.compensator.buffer_len();
     let mut memory = vec![f64::NAN; wanted + 3];
     let short = controller.compensator.state_in(&mut memory[..wanted - 1]).unwrap_err();
-    assert_eq!(short, Error::WrongLength { parameter: "buffer", got: wanted - 1, wanted });
+    assert_eq!(short, Error::wrong_length("buffer", wanted - 1, wanted));
     for shift in 0..3 {
         let (mut left, mut random) = (fresh(&controller), Random(6));
         let place = &mut memory[shift..];
@@ -171,9 +175,8 @@ fn an_atom_is_read_where_there_is_one() {
     let sums = memberships.chunks_exact(5).map(|p| p.iter().sum::<f64>());
     assert!(sums.into_iter().all(|sum| (sum - 1.0).abs() < 1e-15));
     assert_eq!(compensator.read_atom(state, 1, &mut memberships), Ok(None));
-    let (parameter, got, wanted) = ("memberships", 69, 70);
     let refused = compensator.read_atom(state, 0, &mut memberships[..69]);
-    assert_eq!(refused, Err(Error::WrongLength { parameter, got, wanted }));
+    assert_eq!(refused, Err(Error::wrong_length("memberships", 69, 70)));
 }
 
 fn build(
@@ -194,32 +197,32 @@ fn every_parameter_is_refused_by_name() {
     assert!(build(grid(), good, default).is_ok());
     let of = |kernel| build(grid(), good, kernel).unwrap_err();
     let capacity = |capacity| of(KernelParameters { capacity, ..default });
-    let wanted = Error::WrongLength { parameter: "capacity", got: 0, wanted: 1 };
+    let wanted = Error::wrong_length("capacity", 0, 1);
     assert_eq!(capacity(0), wanted);
-    let wanted = Error::TooMany { parameter: "capacity", got: Some(4097), limit: 4096 };
+    let wanted = Error::too_many("capacity", Some(4097), 4096);
     assert_eq!(capacity(4097), wanted);
-    assert!(matches!(capacity(usize::MAX), Error::TooMany { parameter: "capacity", .. }));
+    let wanted = Error::too_many("capacity", Some(usize::MAX), 4096);
+    assert_eq!(capacity(usize::MAX), wanted);
     let tolerance = |merge_tolerance| of(KernelParameters { merge_tolerance, ..default });
     for bad in [-1e-3, 1.0, 2.0] {
         let error = tolerance(bad);
-        assert!(matches!(error, Error::OutOfRange { parameter: "merge_tolerance", .. }), "{error}");
+        assert!(error.parameter() == "merge_tolerance" && out_of_range(error), "{error}");
     }
     for bad in [f64::NAN, f64::INFINITY] {
         let error = tolerance(bad);
-        assert!(matches!(error, Error::NotFinite { parameter: "merge_tolerance", .. }), "{error}");
+        assert!(matches!(error.problem(), Problem::NotFinite { .. }), "{error}");
+        assert_eq!(error.parameter(), "merge_tolerance");
     }
     let inputs = FuzzyParameters { inputs: Inputs::trajectory(), ..good };
-    let wanted = Error::WrongLength { parameter: "inputs", got: 4, wanted: 6 };
+    let wanted = Error::wrong_length("inputs", 4, 6);
     assert_eq!(build(grid(), inputs, default).unwrap_err(), wanted);
     let law = FuzzyParameters { adaptation: Adaptation { gain: [1.0, 0.0], ..leaking() }, ..good };
     let error = build(grid(), law, default).unwrap_err();
-    assert!(
-        matches!(error, Error::OutOfRange { parameter: "gain", index: Some(1), .. }),
-        "{error}"
-    );
+    let place = (error.parameter(), error.index());
+    assert!(place == ("gain", Some(1)) && out_of_range(error), "{error}");
     let gamma = FuzzyParameters { gamma: 0.1, ..good };
     let error = build(grid(), gamma, default).unwrap_err();
-    assert!(matches!(error, Error::NoStabilizingSolution { .. }), "{error}");
+    assert!(matches!(error.problem(), Problem::NoStabilizingSolution { .. }), "{error}");
 }
 
 #[test]
@@ -228,13 +231,7 @@ fn every_axis_is_refused_by_name() {
     let axis =
         |centers: &'static [f64], widths: &'static [f64]| [PAPER_AXIS, Axis { centers, widths }];
     assert!(KernelBasis::new(true, &axis(&[0.0, 1.0], &[0.5])).is_ok());
-    let name = |error: Error| match error {
-        Error::WrongLength { parameter, .. }
-        | Error::OutOfRange { parameter, .. }
-        | Error::NotFinite { parameter, .. }
-        | Error::TooMany { parameter, .. } => parameter,
-        other => panic!("{other}"),
-    };
+    let name = |error: Error| error.parameter();
     assert_eq!(name(refused(&[])), "inputs");
     assert_eq!(name(refused(&vec![PAPER_AXIS; MAX_INPUTS + 1])), "inputs");
     assert_eq!(name(refused(&axis(&[], &[0.5]))), "centers");

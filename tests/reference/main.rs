@@ -146,7 +146,7 @@ fn a_time_that_is_nan_gives_a_setpoint_that_is_nan() {
 const INFINITY: f64 = f64::INFINITY;
 
 fn not_finite(parameter: &'static str, index: Option<usize>) -> Error {
-    Error::NotFinite { parameter, index, got: INFINITY }
+    Error::not_finite(parameter, INFINITY).at(index)
 }
 
 /// The refusal of a valid sum of two harmonics over three joints after one `change`.
@@ -218,7 +218,7 @@ fn out_of_range(
     got: f64,
     wanted: &'static str,
 ) -> Error {
-    Error::OutOfRange { parameter, index, got, wanted }
+    Error::out_of_range(parameter, got, wanted).at(index)
 }
 
 #[test]

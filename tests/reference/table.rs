@@ -175,7 +175,7 @@ fn table_refuses_a_step_of_no_length() {
 fn table_refuses_rows_of_the_wrong_length() {
     for (i, parameter) in [(1, "q"), (2, "dq"), (3, "ddq")] {
         let error = table_refusal(|data| data[i].truncate(4));
-        assert_eq!(error, Error::WrongLength { parameter, got: 4, wanted: 6 });
+        assert_eq!(error, Error::wrong_length(parameter, 4, 6));
     }
 }
 
@@ -191,10 +191,7 @@ fn table_from_positions_refuses_what_table_refuses() {
     let build = |t: &[f64], q: &[f64]| Table::<1, _>::from_positions(t, q);
     let (t, q) = ([0.0, 1.0, 2.0], [0.0, 1.0, 0.0]);
     assert!(build(&t, &q).is_ok());
-    assert_eq!(
-        build(&t, &q[..2]).unwrap_err(),
-        Error::WrongLength { parameter: "q", got: 2, wanted: 3 }
-    );
+    assert_eq!(build(&t, &q[..2]).unwrap_err(), Error::wrong_length("q", 2, 3));
     let wanted = "a later time than the one before";
     let error = build(&[0.0, 2.0, 2.0], &q).unwrap_err();
     assert_eq!(error, out_of_range("t", Some(2), 2.0, wanted));

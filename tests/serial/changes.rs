@@ -87,10 +87,7 @@ fn payload_adds_its_mass_matrix_and_weight() {
 fn payload_that_cannot_be_is_refused_by_name() {
     let arm = chains::chain::<3>(&mut Random(1));
     let good = chains::inertia(&mut Random(2));
-    let name = |payload| match arm.with_payload(&payload).unwrap_err() {
-        Error::NotFinite { parameter, .. } | Error::OutOfRange { parameter, .. } => parameter,
-        other => panic!("{other}"),
-    };
+    let name = |payload| arm.with_payload(&payload).unwrap_err().parameter();
     assert_eq!(name(Inertia { mass: -1.0, ..good }), "payload.mass");
     assert_eq!(name(Inertia { com: Vector3::new(f64::NAN, 0.0, 0.0), ..good }), "payload.com");
     assert_eq!(name(Inertia { moments: -good.moments, ..good }), "payload.moments");
@@ -177,10 +174,7 @@ fn a_flat_body_that_only_just_exists_stays_one_when_perturbed() {
 #[test]
 fn perturbations_that_could_turn_a_sign_are_refused() {
     let arm = chains::chain::<2>(&mut Random(5));
-    let name = |by| match arm.perturb(0, &by).unwrap_err() {
-        Error::NotFinite { parameter, .. } | Error::OutOfRange { parameter, .. } => parameter,
-        other => panic!("{other}"),
-    };
+    let name = |by| arm.perturb(0, &by).unwrap_err().parameter();
     for bad in [-0.1, 1.0, f64::NAN] {
         assert_eq!(name(Perturbation { mass: bad, ..OFF }), "mass");
         assert_eq!(name(Perturbation { inertia: bad, ..OFF }), "inertia");
@@ -282,11 +276,9 @@ fn changed_arms_are_those_built_with_the_change() {
 #[test]
 fn changes_that_cannot_be_are_refused_by_name() {
     let arm = chains::chain::<3>(&mut Random(52));
-    let place = |refused: Result<Serial<3>, Error>| match refused.unwrap_err() {
-        Error::NotFinite { parameter, index, .. } | Error::OutOfRange { parameter, index, .. } => {
-            (parameter, index)
-        }
-        other => panic!("{other}"),
+    let place = |refused: Result<Serial<3>, Error>| {
+        let error = refused.unwrap_err();
+        (error.parameter(), error.index())
     };
     assert_eq!(place(arm.with_armature(&[0.0, -1.0, 0.0])), ("armature", Some(1)));
     assert_eq!(place(arm.with_armature(&[0.0, 0.0, f64::NAN])), ("armature", Some(2)));
@@ -307,7 +299,7 @@ fn changes_that_cannot_be_are_refused_by_name() {
     // First moments without mass have no centre.
     assert_eq!(broken(0, 0.0), ("inertia.com", Some(0)));
     for length in [0, 29, 31] {
-        let wanted = Error::WrongLength { parameter: "parameters", got: length, wanted: 30 };
+        let wanted = Error::wrong_length("parameters", length, 30);
         assert_eq!(arm.with_parameters(&vec![0.0; length]).unwrap_err(), wanted);
     }
 }

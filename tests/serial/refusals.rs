@@ -1,8 +1,8 @@
 //! A valid chain, and everything that breaks it, one thing at a time.
 
 use nalgebra::{Matrix3, Vector3};
-use steadyarm::Error;
 use steadyarm::arm::{Arm, Inertia, JointKind, JointLimits, Link, Pose, Serial, SerialParameters};
+use steadyarm::{Error, Problem};
 
 use crate::chains;
 use crate::random::Random;
@@ -22,14 +22,16 @@ fn refusal(change: impl Fn(&mut Link)) -> (&'static str, Option<usize>, bool) {
 fn whole(change: impl Fn(&mut SerialParameters<3>)) -> (&'static str, Option<usize>, bool) {
     let mut parameters = valid();
     change(&mut parameters);
-    match Serial::new(parameters).unwrap_err() {
-        Error::NotFinite { parameter, index, got } => {
+    let error = Serial::new(parameters).unwrap_err();
+    let out_of_range = match error.problem() {
+        Problem::NotFinite { got, .. } => {
             assert!(!got.is_finite());
-            (parameter, index, false)
+            false
         }
-        Error::OutOfRange { parameter, index, .. } => (parameter, index, true),
-        other => panic!("{other}"),
-    }
+        Problem::OutOfRange { .. } => true,
+        _ => panic!("{error}"),
+    };
+    (error.parameter(), error.index(), out_of_range)
 }
 
 fn infinite(parameter: &'static str) -> (&'static str, Option<usize>, bool) {
@@ -213,7 +215,7 @@ fn numbers_that_overflow_together() {
 #[test]
 fn a_chain_of_nothing() {
     let parameters = SerialParameters::<0> { links: [], tip: Pose::IDENTITY, gravity: [0.0; 3] };
-    let wanted = Error::WrongLength { parameter: "links", got: 0, wanted: 1 };
+    let wanted = Error::wrong_length("links", 0, 1);
     assert_eq!(Serial::new(parameters).unwrap_err(), wanted);
 }
 
@@ -222,12 +224,12 @@ fn buffers_of_the_wrong_length() {
     let arm = Serial::new(valid()).unwrap();
     let q = [0.1, 0.2, 0.3].into();
     for length in [0, 89, 91] {
-        let wanted = Error::WrongLength { parameter: "out", got: length, wanted: 90 };
+        let wanted = Error::wrong_length("out", length, 90);
         let mut out = vec![7.0; length];
         assert_eq!(arm.regressor(&q, &q, &q, &mut out).unwrap_err(), wanted);
         assert!(out.iter().all(|&x| x == 7.0));
     }
-    let wanted = Error::WrongLength { parameter: "out", got: 29, wanted: 30 };
+    let wanted = Error::wrong_length("out", 29, 30);
     assert_eq!(arm.inertial_parameters(&mut [0.0; 29]).unwrap_err(), wanted);
 }
 
@@ -235,10 +237,10 @@ fn buffers_of_the_wrong_length() {
 fn inertias_alone_name_their_own_parameters() {
     let good = valid().links[0].inertia;
     good.validate().unwrap();
-    let name = |inertia: Inertia| match inertia.validate().unwrap_err() {
-        Error::NotFinite { parameter, index: None, .. }
-        | Error::OutOfRange { parameter, index: None, .. } => parameter,
-        other => panic!("{other}"),
+    let name = |inertia: Inertia| {
+        let error = inertia.validate().unwrap_err();
+        assert_eq!(error.index(), None);
+        error.parameter()
     };
     assert_eq!(name(Inertia { mass: f64::NAN, ..good }), "mass");
     assert_eq!(name(Inertia { com: Vector3::repeat(f64::INFINITY), ..good }), "com");

@@ -4,7 +4,6 @@ use std::ops::ControlFlow;
 
 use super::common::{self, adaptive, fresh, on, plain, run};
 use super::identity::flipped;
-use steadyarm::Error;
 use steadyarm::control::{Limits, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -14,6 +13,7 @@ use steadyarm::reference::{Reference, Setpoint};
 use steadyarm::sim::{
     Cause, MAX_RECORD_BYTES, Method, Options, Record, Run, Status, Tolerance, simulate,
 };
+use steadyarm::{Error, Problem};
 
 const METHODS: [(Method, Option<f64>); 4] = [
     (Method::Rk4, None),
@@ -189,10 +189,12 @@ fn every_bad_option_is_refused_by_name() {
     }
     for (dt, duration) in [(1e-9, 1.0), (1e-300, 1e300)] {
         let error = refusal(|o| (o.dt, o.duration) = (dt, duration));
-        assert!(matches!(error, Error::TooMany { parameter: "duration / dt", .. }), "{error}");
+        assert!(matches!(error.problem(), Problem::TooMany { .. }), "{error}");
+        assert_eq!(error.parameter(), "duration / dt");
     }
     let period = refusal(|o| (o.dt, o.duration, o.control_period) = (1e-9, 0.05, Some(1.0)));
-    assert!(matches!(period, Error::TooMany { parameter: "control_period / dt", .. }), "{period}");
+    assert!(matches!(period.problem(), Problem::TooMany { .. }), "{period}");
+    assert_eq!(period.parameter(), "control_period / dt");
 }
 
 /// A row of all signals holds t, |W|, V and twelve vectors, one of the motion t and two; both ends are rows.
@@ -204,13 +206,17 @@ fn a_record_too_large_is_refused_with_its_size() {
         (1, Record::Motion, 100_000_001, 40),
     ] {
         let error = refusal(|o| (o.duration, o.record_every, o.record) = (1e5, every, record));
-        let limit = MAX_RECORD_BYTES;
-        assert_eq!(error, Error::RecordTooLarge { every, rows, row_bytes, limit });
+        let Problem::RecordTooLarge { every: k, rows: n, row_bytes: bytes, limit, .. } =
+            error.problem()
+        else {
+            panic!("{error}")
+        };
+        assert_eq!((k, n, bytes, limit), (every, rows, row_bytes, MAX_RECORD_BYTES));
     }
     // The largest that is taken: 2^31 / 40 rows, and one more.
     let last = (MAX_RECORD_BYTES / 40 - 1) as f64 * 1e-3;
     let past = refusal(|o| (o.duration, o.record) = (last + 1e-3, Record::Motion));
-    assert!(matches!(past, Error::RecordTooLarge { rows: 53_687_092, .. }), "{past}");
+    assert!(matches!(past.problem(), Problem::RecordTooLarge { rows: 53_687_092, .. }), "{past}");
     let bounded = |options: &Options<2>| {
         let controller = adaptive(Form::Shared, true, 7.0);
         let (plant, reference, mut state) =

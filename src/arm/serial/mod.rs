@@ -26,7 +26,7 @@ pub use unphysical::Unphysical;
 pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
 use crate::arm::{Arm, Factor, JointFriction, Posed};
-use crate::error::{Error, Result, finite};
+use crate::error::{Result, finite, not_empty};
 use crate::math::{Matrix, Vector};
 use joint::{Chain, Mass};
 use space::V3;
@@ -90,9 +90,7 @@ impl<const N: usize> Serial<N> {
     /// # Errors
     /// As [`new`](Self::new), but for what is to be taken.
     pub fn new_with(mut parameters: SerialParameters<N>, unphysical: Unphysical) -> Result<Self> {
-        if N == 0 {
-            return Err(Error::WrongLength { parameter: "links", got: 0, wanted: 1 });
-        }
+        not_empty("links", N)?;
         for (joint, link) in parameters.links.iter_mut().enumerate() {
             *link = link.taken(joint, unphysical)?;
         }

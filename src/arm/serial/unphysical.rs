@@ -67,7 +67,7 @@ impl Flaw {
             Self::Moments([.., most]) => (names.moments, most),
             Self::Massless => (names.mass, 0.0),
         };
-        Error::OutOfRange { parameter, index: joint, got, wanted: self.wanted() }
+        Error::out_of_range(parameter, got, self.wanted()).at(joint)
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass distribution that matter can have.
 
 use super::{JointKind, JointLimits, Link, Pose, Unphysical};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, finite};
 use crate::math::{Matrix, sqrt};
 
 /// Lengths of axes and columns of rotations may be off by this, as numbers printed with six decimals are.
@@ -17,12 +17,7 @@ pub(super) struct Of {
 impl Of {
     /// Refuses what is not finite.
     pub fn finite(self, values: &[f64]) -> Result<()> {
-        match values.iter().find(|value| !value.is_finite()) {
-            None => Ok(()),
-            Some(&got) => {
-                Err(Error::NotFinite { parameter: self.parameter, index: self.joint, got })
-            }
-        }
+        finite(self.parameter, values).map_err(|error| error.at(self.joint))
     }
 
     /// Refuses what is not finite or not accepted.
@@ -36,7 +31,7 @@ impl Of {
         if accepted {
             return Ok(());
         }
-        Err(Error::OutOfRange { parameter: self.parameter, index: self.joint, got, wanted })
+        Err(Error::out_of_range(self.parameter, got, wanted).at(self.joint))
     }
 }
 
@@ -109,7 +104,7 @@ impl JointLimits {
     pub fn validate(&self, joint: usize) -> Result<()> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         let number = |parameter, got: f64| {
-            let nan = Error::NotFinite { parameter, index: Some(joint), got };
+            let nan = Error::not_finite(parameter, got).at(joint);
             if got.is_nan() { Err(nan) } else { Ok(()) }
         };
         number("limits.lower", self.lower)?;

@@ -9,7 +9,7 @@ use super::transmission::Rotors;
 use super::tree::Tree;
 use super::{remarks, size};
 use crate::arm::{Inertia, JointFriction, JointKind, JointStop, Link, Pose};
-use crate::robot::checks::{self, Problem};
+use crate::robot::checks::{self, Refusal};
 use crate::robot::error::{first_of, quoted};
 use crate::robot::{Description, JointDescription, ReadError};
 
@@ -92,7 +92,7 @@ pub(super) fn description(
         });
     }
     checks::take(&mut description)
-        .map_err(|problem| located(source, tree, (&layout, &bodies), problem, options))?;
+        .map_err(|refusal| located(source, tree, (&layout, &bodies), refusal, options))?;
     let joints = description.joints.iter().zip(&bodies);
     let parts = joints.flat_map(|(joint, parts)| part_notes(tree, parts, joint)).collect();
     remarks::add(source, tree, path, &layout, &mut description)?;
@@ -267,19 +267,19 @@ fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<Strin
         .collect()
 }
 
-/// A problem with its line: of the first link that is no body, or of the joint.
+/// A refusal with its line: of the first link that is no body, or of the joint.
 fn located(
     source: &Source,
     tree: &Tree,
     (layout, bodies): (&Layout, &[Vec<Part>]),
-    problem: Problem,
+    refusal: Refusal,
     options: &UrdfOptions,
 ) -> ReadError {
-    let at = problem.joint.and_then(|at| Some((at, layout.moving.get(at)?)));
-    let Some((joint, moving)) = at else { return problem.into() };
-    let parts = bodies.get(joint).filter(|_| problem.of_body).into_iter().flatten();
+    let at = refusal.joint.and_then(|at| Some((at, layout.moving.get(at)?)));
+    let Some((joint, moving)) = at else { return refusal.into() };
+    let parts = bodies.get(joint).filter(|_| refusal.of_body).into_iter().flatten();
     let more = checks::way_on(options.unphysical);
     let of_part = |part: &Part| tree.links[part.link].problem(source, &part.stated, more);
     let first = parts.filter_map(of_part).next();
-    first.unwrap_or_else(|| source.error(tree.joints[moving.joint].at, problem.message))
+    first.unwrap_or_else(|| source.error(tree.joints[moving.joint].at, refusal.message))
 }

@@ -32,7 +32,7 @@ impl<'a> Source<'a> {
 
     /// An error about what stands at the byte `at`.
     pub fn error(&self, at: usize, message: impl Into<String>) -> ReadError {
-        ReadError { line: Some(self.line(at)), ..ReadError::new(message) }
+        ReadError::new(message).on_line(self.line(at))
     }
 
     /// The line, counted from 1, that holds the byte `at`.
