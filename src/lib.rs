@@ -66,7 +66,8 @@ pub mod sim;
 
 pub use error::{Error, Result};
 
-/// Runs the README's examples as tests.
+/// Runs the examples of README and manual as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/start.md")]
+struct Manual;
