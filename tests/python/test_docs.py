@@ -61,6 +61,13 @@ def test_every_link_leads_somewhere(page: Path) -> None:
         assert not place or place in anchors(target), link
 
 
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
+def test_every_file_that_is_named_exists(page: Path) -> None:
+    named = r"`((?:src|python|tests|benches|examples|docs)/[\w/.-]+)"
+    text = page.read_text(encoding="utf-8")
+    assert not [name for name in re.findall(named, text) if not (ROOT / name).exists()]
+
+
 def test_every_page_is_in_the_contents() -> None:
     contents = (ROOT / "docs/index.md").read_text(encoding="utf-8").splitlines()
     assert not [page.name for page in PAGES if page.stem != "index" and page.stem not in contents]
