@@ -36,10 +36,10 @@ def leaves(tree: str) -> Iterator[Module]:
 class Uses:
     """Which file of src uses what stands in which other; re-exports count for what they name."""
 
-    def __init__(self) -> None:
+    def __init__(self, src: Path = SRC) -> None:
         self.modules: dict[Module, str] = {}
-        for path in sorted(SRC.rglob("*.rs")):
-            parts = path.relative_to(SRC).with_suffix("").parts
+        for path in sorted(src.rglob("*.rs")):
+            parts = path.relative_to(src).with_suffix("").parts
             module = parts[:-1] if parts[-1] in ("mod", "lib") else parts
             self.modules[module] = re.split(r"#\[cfg\(test\)\]\s*mod", code(path))[0]
         self.public: dict[tuple[Module, str], Module] = {}
