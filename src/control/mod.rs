@@ -2,6 +2,7 @@
 //! `τ = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
 
 mod adaptation;
+mod channel;
 mod computed_torque;
 mod fuzzy_compensator;
 mod inputs;
@@ -14,6 +15,7 @@ mod saved;
 mod stages;
 
 pub use adaptation::Adaptation;
+pub use channel::{Channel, Width};
 #[cfg(feature = "std")]
 pub(crate) use computed_torque::check_period;
 pub use computed_torque::{Command, ComputedTorque, Gains, State};
@@ -124,6 +126,15 @@ pub trait Compensator<const N: usize, S> {
 
     /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
+
+    /// Signals of its own, which enter a record beside those that every record has; none by default.
+    fn channels(&self) -> &'static [Channel] {
+        &[]
+    }
+
+    /// Writes their values, finite, at the stage that was estimated last: one channel after the other
+    /// into a `row` that is as long as they are wide.
+    fn signals(&self, _state: &S, _sample: &Sample<N>, _row: &mut [f64]) {}
 }
 
 /// The dissipation identity at one stage: `V̇ = 2 s·ρ − loss`, exact for the law (18) with (19) and W* = W₀.
