@@ -1,7 +1,7 @@
 # make reproduce   the paper's three simulations: pictures and an honest table, in reproduce/
 # make test        everything that must hold
 # make robot       the Panda in MuJoCo with an unknown payload: table and picture, in robot/
-# make bench       speed: criterion benches, and the Python peers
+# make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
 # make house       sizes and tangles of the code, counted
@@ -55,6 +55,7 @@ test-python: $(VENV)/wheel $(VENV)/tools
 
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
+	$(BIN)/python benches/results.py
 	$(BIN)/python benches/compare.py
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
