@@ -8,7 +8,9 @@ use common::{
 };
 use steadyarm::Error;
 use steadyarm::arm::Arm;
-use steadyarm::control::{Command, ComputedTorque, Gains, Inputs, Limits, NoCompensation, State};
+use steadyarm::control::{
+    Command, ComputedTorque, Controller, Gains, Inputs, Limits, NoCompensation, State,
+};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::{Matrix, Vector};
 use steadyarm::paper;
@@ -96,6 +98,7 @@ fn weights_that_would_overflow_are_refused_and_stay() {
 }
 
 /// An arm whose inertia has no number.
+#[derive(Clone, Copy)]
 struct Broken;
 
 impl Arm<2> for Broken {
@@ -119,9 +122,10 @@ impl Arm<2> for Broken {
 #[test]
 fn a_torque_that_is_no_number_is_refused_even_inside_an_effort_limit() {
     let gains = paper::gains().unwrap();
-    let plain = ComputedTorque::new(Broken, gains, NoCompensation);
+    let law = ComputedTorque::new(Broken, gains);
+    let plain = Controller::new(law, NoCompensation);
     let limits = Limits { effort_limit: [5.0; 2], ..Limits::default() };
-    let limited = plain.clone_with(limits);
+    let limited = Controller::new(law, NoCompensation).with_limits(limits).unwrap();
     let desired = Setpoint::at_rest(Vector::zeros());
     for controller in [plain, limited] {
         let mut state = State::new(());
@@ -130,16 +134,6 @@ fn a_torque_that_is_no_number_is_refused_even_inside_an_effort_limit() {
             .unwrap_err();
         assert!(matches!(error, Error::NotFinite { parameter: "tau", .. }), "{error}");
         assert_eq!(state, State::new(()));
-    }
-}
-
-trait CloneWith {
-    fn clone_with(&self, limits: Limits<2>) -> Self;
-}
-
-impl CloneWith for ComputedTorque<2, Broken> {
-    fn clone_with(&self, limits: Limits<2>) -> Self {
-        ComputedTorque::new(Broken, self.gains, NoCompensation).with_limits(limits).unwrap()
     }
 }
 
@@ -225,7 +219,7 @@ fn unlimited_torque_is_the_exact_sum_of_its_parts() {
         assert!(!command.limited);
         assert_eq!(command.tau, command.model + command.compensation);
         let q = Vector::<2>::new(x[0], x[1]);
-        let expected = -(controller.arm.mass_matrix(&q) * command.rho_hat);
+        let expected = -(controller.law.arm.mass_matrix(&q) * command.rho_hat);
         assert!((command.compensation - expected).norm() <= 1e-14 * (1.0 + expected.norm()));
     }
 }

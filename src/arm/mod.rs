@@ -24,7 +24,7 @@ pub use serial::{
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 
-use crate::math::{Matrix, Vector};
+use crate::math::{FNV_START, Matrix, Vector, fnv};
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///
@@ -122,5 +122,16 @@ pub trait Arm<const N: usize> {
     /// Kinetic energy ½ q̇ᵀ M q̇ [J].
     fn kinetic_energy(&self, q: &Vector<N>, dq: &Vector<N>) -> f64 {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
+    }
+
+    /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two poses, in motion. The same arm
+    /// has the same number on every machine; of two arms that differ in M or H it differs, but by accident.
+    fn fingerprint(&self) -> u64 {
+        let add = |hash, x: &f64| fnv(hash, &(x + 0.0).to_bits().to_le_bytes());
+        [1.0, -0.6].into_iter().fold(FNV_START, |hash, sign| {
+            let q = Vector::from_fn(|joint, _| sign * (0.3 + 0.4 * joint as f64));
+            let (mass, bias) = self.mass_matrix_and_bias(&q, &q.map(|x| 1.1 - x));
+            mass.iter().chain(bias.iter()).fold(hash, add)
+        })
     }
 }

@@ -5,7 +5,7 @@
 
 use super::{FuzzyCompensator, FuzzyState, State};
 use crate::error::{Error, Result};
-use crate::math::Vector;
+use crate::math::{FNV_START, Vector, fnv};
 
 const MAGIC: &[u8; 12] = b"steadyarm\0\0\x01";
 pub(super) const FROZEN: u64 = 1;
@@ -124,19 +124,12 @@ pub(super) fn header<const N: usize, S>(
 }
 
 pub(super) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    bytes.extend(checksum(&bytes).to_le_bytes());
+    bytes.extend(fnv(FNV_START, &bytes).to_le_bytes());
     bytes
 }
 
 pub(super) fn wanted(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
     if got == wanted { Ok(()) } else { Err(Error::WrongLength { parameter, got, wanted }) }
-}
-
-/// FNV-1a, 64 bits.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
 }
 
 pub(super) struct Reader<'a> {
@@ -154,7 +147,7 @@ impl<'a> Reader<'a> {
                 problem: "it was not saved by this version of steadyarm",
             });
         };
-        if u64::from_le_bytes(*sum) != checksum(body) {
+        if u64::from_le_bytes(*sum) != fnv(FNV_START, body) {
             return Err(Error::Damaged {
                 problem: "its checksum does not match: it was changed or cut",
             });

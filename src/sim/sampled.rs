@@ -10,7 +10,7 @@ use super::recorder::Recorder;
 use super::run::{Cause, Run};
 use super::stiff::{self, Lost, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
-use crate::control::{Audit, Command, Compensator, ComputedTorque, Sample, State};
+use crate::control::{Audit, Command, Compensator, Controller, Law, Sample, State};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
@@ -168,20 +168,20 @@ enum Started<'a, const N: usize> {
 }
 
 /// Plant, sampled controller and reference.
-pub(super) struct Sampled<'a, const N: usize, A, D, B, C, R> {
+pub(super) struct Sampled<'a, const N: usize, A, D, L, C, R> {
     pub plant: &'a Plant<N, A, D>,
-    pub controller: &'a ComputedTorque<N, B, C>,
+    pub controller: &'a Controller<N, L, C>,
     pub reference: &'a R,
     /// Rows in a control period.
     pub hold: usize,
     pub method: Method,
 }
 
-impl<const N: usize, A, D, B, C, R> Sampled<'_, N, A, D, B, C, R>
+impl<const N: usize, A, D, L, C, R> Sampled<'_, N, A, D, L, C, R>
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     R: Reference<N>,
 {
     /// The loop that a user would write: step the controller, hold its torque.
@@ -267,8 +267,8 @@ where
         tau: &Vector<N>,
         k: usize,
     ) -> Option<Motion<N>> {
-        let nominal = &self.controller.arm;
-        let cancelled = core::array::from_fn(|joint| nominal.joint_friction(joint).viscous);
+        let law = &self.controller.law;
+        let cancelled = core::array::from_fn(|joint| law.joint_friction(joint).viscous);
         let (held, t) = (Held::new(self.plant, tau, cancelled), record.time(k));
         if let Method::Dp54(tolerance) = self.method {
             return held.glide(start, (t, record.dt, record.time(k + 1)), tolerance);

@@ -10,7 +10,7 @@ use super::recorder::Recorder;
 use super::run::Run;
 use super::sampled::Sampled;
 use crate::arm::Arm;
-use crate::control::{Compensator, ComputedTorque, State};
+use crate::control::{Compensator, Controller, Law, State};
 use crate::error::{Error, Result};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
@@ -25,9 +25,9 @@ use crate::reference::Reference;
 /// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the controller acts in
 /// continuous time, where no step bounds the change. `record_every`: the record would take more than
 /// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has.
-pub fn simulate<const N: usize, A, D, B, C, R, S>(
+pub fn simulate<const N: usize, A, D, L, C, R, S>(
     plant: &Plant<N, A, D>,
-    controller: &ComputedTorque<N, B, C>,
+    controller: &Controller<N, L, C>,
     state: &mut State<N, S>,
     reference: &R,
     options: &Options<N>,
@@ -36,7 +36,7 @@ pub fn simulate<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {
