@@ -124,8 +124,9 @@ pub trait Arm<const N: usize> {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
     }
 
-    /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two poses, in motion. The same arm
-    /// has the same number on every machine; of two arms that differ in M or H it differs, but by accident.
+    /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two
+    /// poses, in motion. An arm has the same number on every machine; arms that differ in M or H
+    /// have different numbers, but for accidents.
     fn fingerprint(&self) -> u64 {
         let add = |hash, x: &f64| fnv(hash, &(x + 0.0).to_bits().to_le_bytes());
         [1.0, -0.6].into_iter().fold(FNV_START, |hash, sign| {

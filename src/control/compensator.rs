@@ -1,4 +1,5 @@
-//! What a compensator is: `ρ̂` at the stages of a Runge-Kutta step, and a memory that moves with the step.
+//! What a compensator is: `ρ̂` at the stages of a Runge-Kutta step, and a memory that moves with
+//! the step.
 
 use super::{Applied, Sample};
 use crate::error::Result;
@@ -6,7 +7,8 @@ use crate::math::Vector;
 
 /// One row of a Runge-Kutta tableau: `z = z₀ + h Σ aⱼ żⱼ` at time `t₀ + c h`.
 ///
-/// A compensator's state z never enters an integrator: it is told the row and keeps its own rates żⱼ.
+/// A compensator's state z never enters an integrator: it is told the row and keeps its own rates
+/// żⱼ.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
     /// Number of the stage, below [`MAX_STAGES`].
@@ -39,8 +41,9 @@ pub trait Compensator<const N: usize, S> {
     /// ρ̂ at a stage; records there the rate of change of the state.
     fn estimate(&self, state: &mut S, stage: &Stage<'_>, sample: &Sample<N>) -> Vector<N>;
 
-    /// Told after [`estimate`](Self::estimate) what acted at stage `index`: for an observer, the torque. A compensator that
-    /// learns from the error sets the rate that it recorded to zero where the torque was [limited](Applied::limited).
+    /// Told after [`estimate`](Self::estimate) what acted at stage `index`: for an observer, the
+    /// torque. A compensator that learns from the error sets the rate that it recorded to zero
+    /// where the torque was [limited](Applied::limited).
     fn acted(&self, state: &mut S, index: usize, sample: &Sample<N>, applied: &Applied<N>);
 
     /// Moves the state to the end of the step, from the recorded rates.
@@ -49,8 +52,9 @@ pub trait Compensator<const N: usize, S> {
     /// When the new state would not be finite; the state is then as before.
     fn advance(&self, state: &mut S, end: &Stage<'_>) -> Result<()>;
 
-    /// After [`advance`](Self::advance): makes stage `last`, which was at the end of the step, stage 0 of the next step.
-    /// False, as by default, if it cannot, or the state is not what it was there: the stage is then evaluated again.
+    /// After [`advance`](Self::advance): makes stage `last`, which was at the end of the step,
+    /// stage 0 of the next step. False, as by default, if it cannot, or the state is not what it
+    /// was there: the stage is then evaluated again.
     fn carry(&self, _state: &mut S, _last: usize) -> bool {
         false
     }
@@ -58,11 +62,13 @@ pub trait Compensator<const N: usize, S> {
     /// Forgets everything: the state is then as a new one, to the bit, and adapts.
     fn reset(&self, state: &mut S);
 
-    /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a proof.
+    /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a
+    /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
 }
 
-/// The dissipation identity at one stage: `V̇ = 2 s·ρ − loss`, exact for the update law (18) with (19) and W* = W₀.
+/// The dissipation identity at one stage: `V̇ = 2 s·ρ − loss`, exact for the update law (18) with
+/// (19) and W* = W₀.
 ///
 /// With `x = [e; ė]`, `s = BᵀPx` and `D = W − W₀`: `V = xᵀPx + Σₙ |Dₙ|²/gainₙ` and
 /// `loss = xᵀQx + γ⁻²|s|² + 2 s·W₀ξ + (what the robust modifications take)`.

@@ -20,7 +20,8 @@ pub struct Gains<const N: usize> {
 }
 
 impl<const N: usize> Gains<N> {
-    /// Diagonal gains; the error dynamics ë + K_v ė + K_p e = 0 (8) are stable exactly when all are > 0.
+    /// Diagonal gains; the error dynamics ë + K_v ė + K_p e = 0 (8) are stable exactly when all are
+    /// > 0.
     ///
     /// # Errors
     /// `kp`, `kv`: not finite or not > 0.
@@ -48,7 +49,8 @@ pub struct ComputedTorque<const N: usize, A> {
 }
 
 impl<const N: usize, A: Arm<N>> ComputedTorque<N, A> {
-    /// Computed torque for this arm; [`Controller::new`](super::Controller::new) makes a controller of it.
+    /// Computed torque for this arm; [`Controller::new`](super::Controller::new) makes a controller
+    /// of it.
     pub fn new(arm: A, gains: Gains<N>) -> Self {
         Self { arm, gains }
     }

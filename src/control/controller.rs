@@ -1,7 +1,9 @@
-//! A controller: a law with a compensator inside limits, stepped once a period or evaluated at every stage of an integrator.
+//! A controller: a law with a compensator inside limits, stepped once a period or evaluated at
+//! every stage of an integrator.
 //!
 //! ```text
-//! seen = (q, q̇, q_d, e, ė)     ρ̂ = estimate(seen)     τ_asked = law(seen, ρ̂)     τ = limited(τ_asked)     acted(τ, τ_asked)
+//! seen = (q, q̇, q_d, e, ė)     ρ̂ = estimate(seen)     τ_asked = law(seen, ρ̂)
+//! τ = limited(τ_asked)         acted(τ, τ_asked)
 //! ```
 
 use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage};
@@ -86,8 +88,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Ok(self)
     }
 
-    /// What the law sees: a measurement and a set-point, with e around the circle where the law says that a joint turns without
-    /// an end.
+    /// What the law sees: a measurement and a set-point, with e around the circle where the law
+    /// says that a joint turns without an end.
     #[inline]
     pub fn sample(&self, q: &Vector<N>, dq: &Vector<N>, desired: &Setpoint<N>) -> Sample<N> {
         Sample::wrapped(*q, *dq, *desired, &self.law.wraps())
@@ -103,13 +105,14 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         (*last_tau, *steps) = (None, 0);
     }
 
-    /// One sample of the controller: the torque for this instant, and the adaptation over the period `dt` [s] that
-    /// it will be held for. Allocates nothing and cannot panic.
+    /// One sample of the controller: the torque for this instant, and the adaptation over the
+    /// period `dt` [s] that it will be held for. Allocates nothing and cannot panic.
     ///
     /// # Errors
-    /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1 s. `tau`, and what the
-    /// compensator names, such as `weights`: the result would not be finite. On any error all that later steps depend on is
-    /// bit for bit as before; only a refusal of a result, which comes late, leaves other scratch memory behind.
+    /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1
+    /// s. `tau`, and what the compensator names, such as `weights`: the result would not be finite.
+    /// On any error all that later steps depend on is bit for bit as before; only a refusal of a
+    /// result, which comes late, leaves other scratch memory behind.
     pub fn step<S>(
         &self,
         state: &mut State<N, S>,
@@ -141,8 +144,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Ok(command)
     }
 
-    /// The torque at one stage of a step, inside the effort limit. Whoever applies it tells the compensator what
-    /// [acted](Compensator::acted).
+    /// The torque at one stage of a step, inside the effort limit. Whoever applies it tells the
+    /// compensator what [acted](Compensator::acted).
     #[inline(always)]
     pub fn decide<S>(&self, state: &mut S, stage: &Stage<'_>, sample: &Sample<N>) -> Command<N>
     where

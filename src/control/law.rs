@@ -1,25 +1,27 @@
-//! What a control law is: the torque for a sample and an estimate, in its parts, `τ = τ_model + τ_compensation`.
+//! What a control law is: the torque for a sample and an estimate, in its parts, `τ = τ_model +
+//! τ_compensation`.
 
 use super::Sample;
 use crate::arm::JointFriction;
 use crate::math::Vector;
 
-/// A control law for `N` joints: all that it knows is in `&self`, and nothing is remembered. What has a memory is a
-/// [`Compensator`](super::Compensator), or a [`Dynamic`](super::Dynamic) where that is a few numbers.
+/// A control law for `N` joints: all that it knows is in `&self`, and nothing is remembered. What
+/// has a memory is a [`Compensator`](super::Compensator), or a [`Dynamic`](super::Dynamic) where
+/// that is a few numbers.
 ///
-/// A law asks; [`Controller`](super::Controller) limits, tells the compensator what acted, and checks that samples are finite
-/// and at most 1e10 before the law sees them.
+/// A law asks; [`Controller`](super::Controller) limits, tells the compensator what acted, and
+/// checks that samples are finite and at most 1e10 before the law sees them.
 pub trait Law<const N: usize> {
-    /// The torque for a sample, where `rho_hat` is the estimate ρ̂ [rad/s²] of what the law's model leaves out: the arm
-    /// accelerates by that much more than the model says.
+    /// The torque for a sample, where `rho_hat` is the estimate ρ̂ [rad/s²] of what the law's model
+    /// leaves out: the arm accelerates by that much more than the model says.
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N>;
 
-    /// The torque that keeps the arm at rest at `q`, as far as the law knows [N·m]: for a stop, and before a controller takes
-    /// over.
+    /// The torque that keeps the arm at rest at `q`, as far as the law knows [N·m]: for a stop, and
+    /// before a controller takes over.
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N>;
 
-    /// Friction of a joint that the torque cancels at the measured velocity; none by default. Simulation solves for friction
-    /// within its steps, and leaves out what the law cancels.
+    /// Friction of a joint that the torque cancels at the measured velocity; none by default.
+    /// Simulation solves for friction within its steps, and leaves out what the law cancels.
     fn joint_friction(&self, _joint: usize) -> JointFriction {
         JointFriction::default()
     }
@@ -30,8 +32,9 @@ pub trait Law<const N: usize> {
         [false; N]
     }
 
-    /// A number for what gives ρ̂ its meaning, as a rule the arm that the law believes in: weights that were learnt under one
-    /// law are right under another of the same fingerprint. 0, the default, for a law without a model.
+    /// A number for what gives ρ̂ its meaning, as a rule the arm that the law believes in: weights
+    /// that were learnt under one law are right under another of the same fingerprint. 0, the
+    /// default, for a law without a model.
     fn fingerprint(&self) -> u64 {
         0
     }
@@ -44,8 +47,8 @@ pub struct Demand<const N: usize> {
     pub model: Vector<N>,
     /// What is added for ρ̂, zero for ρ̂ = 0 [N·m].
     pub compensation: Vector<N>,
-    /// v, the acceleration under `model` of an arm that is as the law's model says [rad/s²]; for a law without a model the one
-    /// that it is after. What the model leaves out is ρ = q̈ − v + ρ̂.
+    /// v, the acceleration under `model` of an arm that is as the law's model says [rad/s²]; for a
+    /// law without a model the one that it is after. What the model leaves out is ρ = q̈ − v + ρ̂.
     pub v: Vector<N>,
 }
 
@@ -54,13 +57,14 @@ pub struct Demand<const N: usize> {
 pub struct Applied<const N: usize> {
     /// model + compensation of the law [N·m].
     pub asked: Vector<N>,
-    /// What acted: inside the limits, of the controller, and of the actuators as far as they are known [N·m].
+    /// What acted: inside the limits, of the controller, and of the actuators as far as they are
+    /// known [N·m].
     pub tau: Vector<N>,
 }
 
 impl<const N: usize> Applied<N> {
-    /// Whether a limit cut the torque of any joint. The error then says nothing of the estimate: what learns from it, or
-    /// integrates it, holds.
+    /// Whether a limit cut the torque of any joint. The error then says nothing of the estimate:
+    /// what learns from it, or integrates it, holds.
     #[inline]
     pub fn limited(&self) -> bool {
         self.tau != self.asked

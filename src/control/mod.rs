@@ -1,10 +1,11 @@
-//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as `τ = M₀(v − ρ̂) + H₀`
-//! (eqs. 7, 11, 12).
+//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as `τ
+//! = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
 //!
-//! The way through: a `controller` makes a `sample` of what was measured, asks its `compensator` for ρ̂ and its `law` for τ,
-//! keeps τ within its `limits`, and tells the compensator what acted. `computed_torque` is a law. `dynamic` makes a
-//! compensator of a memory of a few numbers. `fuzzy_compensator` and `kernel_compensator` hold the weights that the
-//! `update` law (18) moves, with the modifications of `adaptation`; `stages` is what a step of it records.
+//! The way through: a `controller` makes a `sample` of what was measured, asks its `compensator`
+//! for ρ̂ and its `law` for τ, keeps τ within its `limits`, and tells the compensator what acted.
+//! `computed_torque` is a law. `dynamic` makes a compensator of a memory of a few numbers.
+//! `fuzzy_compensator` and `kernel_compensator` hold the weights that the `update` law (18) moves,
+//! with the modifications of `adaptation`; `stages` is what a step of it records.
 
 mod adaptation;
 mod compensator;

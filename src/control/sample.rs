@@ -1,5 +1,5 @@
-//! What a controller sees at one instant: the measurement, the set-point, and `e = q − q_d`, around the circle where a joint
-//! turns without an end.
+//! What a controller sees at one instant: the measurement, the set-point, and `e = q − q_d`, around
+//! the circle where a joint turns without an end.
 
 use crate::math::{Vector, around};
 use crate::reference::Setpoint;
@@ -20,14 +20,16 @@ pub struct Sample<const N: usize> {
 }
 
 impl<const N: usize> Sample<N> {
-    /// Measurement and set-point, with their difference, for an arm none of whose joints turns without an end.
+    /// Measurement and set-point, with their difference, for an arm none of whose joints turns
+    /// without an end.
     #[inline]
     pub fn new(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>) -> Self {
         Self { q, dq, desired, e: q - desired.q, de: dq - desired.dq }
     }
 
-    /// As [`new`](Self::new), with the error of the joints that [`Arm::wraps`](crate::arm::Arm::wraps) names taken around
-    /// the circle: −π ≤ e < π. q and q_d stay as they are.
+    /// As [`new`](Self::new), with the error of the joints that
+    /// [`Arm::wraps`](crate::arm::Arm::wraps) names taken around the circle: −π ≤ e < π. q and q_d
+    /// stay as they are.
     #[inline]
     pub fn wrapped(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>, wraps: &[bool; N]) -> Self {
         let mut e = q - desired.q;

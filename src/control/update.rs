@@ -1,6 +1,8 @@
-//! The update law (18) of the weights, stage by stage: `(W − W₀)ξ = keep Dξ + Σ cⱼ (ξⱼ·ξ)`, `Ẇ = drive ξᵀ − pull D`.
+//! The update law (18) of the weights, stage by stage: `(W − W₀)ξ = keep Dξ + Σ cⱼ (ξⱼ·ξ)`,
+//! `Ẇ = drive ξᵀ − pull D`.
 //!
-//! Whoever holds the weights brings `own = Dξ` of every stage and the products `gram = ξᵢ·ξⱼ`; all else is here.
+//! Whoever holds the weights brings `own = Dξ` of every stage and the products `gram = ξᵢ·ξⱼ`; all
+//! else is here.
 
 use super::stages::{MAX_STAGES, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};
@@ -66,7 +68,8 @@ impl<const N: usize> Update<N> {
         if frozen { 0.0 } else { self.parameters.adaptation.leak_rate }
     }
 
-    /// Whether the size of the weights matters at stage i: to the law, or to a record between steps.
+    /// Whether the size of the weights matters at stage i: to the law, or to a record between
+    /// steps.
     #[inline]
     pub fn needs_norms(&self, i: usize) -> bool {
         i == MAX_STAGES - 1 || self.parameters.adaptation.pulls()
@@ -94,7 +97,8 @@ impl<const N: usize> Update<N> {
         }
     }
 
-    /// (W − W₀)ξ at stage i, and the rates of the law there; `norms` are |Dₙ|² at the start of the step.
+    /// (W − W₀)ξ at stage i, and the rates of the law there; `norms` are |Dₙ|² at the start of the
+    /// step.
     #[inline(always)]
     pub fn learn(
         &self,
@@ -121,7 +125,8 @@ impl<const N: usize> Update<N> {
         self.record_rates(stages, i, &self.s(sample));
     }
 
-    /// The change of the weights over a step, from stage to stage and at its `end`; `norms` as above.
+    /// The change of the weights over a step, from stage to stage and at its `end`; `norms` as
+    /// above.
     ///
     /// # Errors
     /// `weights`: they could become larger than 1e150.
