@@ -242,9 +242,12 @@ def _status(values: Any) -> Status:
     kind, reason = values["kind"], values["reason"]
     if kind not in KINDS:
         raise ValueError(f"status: got {kind!r:.80}, wants one of {', '.join(KINDS)}")
-    if not isinstance(reason, str):
-        raise ValueError(f"reason: got {reason!r:.80}, wants a text")
-    return Status(kind, _number(values["t"], "status"), reason)
+    if not isinstance(reason, str) or not reason.isprintable():
+        raise ValueError(f"reason: got {reason!r:.80}, wants a line of text")
+    t = _number(values["t"], "status.t")
+    if t < 0.0:
+        raise ValueError(f"status.t: got {t}, wants a time >= 0")
+    return Status(kind, t, reason)
 
 
 def _certificate(values: Any) -> Certificate:

@@ -1,7 +1,8 @@
 //! Steps under error control: Dormand-Prince's, and those in which friction is solved for.
 
+use super::doubt::Coarse;
 use super::integrators::{DP54, DP54_ERROR, Motion, Rates, Tolerance};
-use super::stiff::{Lost, Moved};
+use super::stiff::Moved;
 use crate::control::Stage;
 use crate::math::{Vector, exp, ln};
 
@@ -69,7 +70,7 @@ pub(super) fn attempt_stiff<const N: usize>(
         let scaled = |i: usize| error[i].abs() / (tolerance.atol + tolerance.rtol * size(i));
         let largest =
             (0..N).map(scaled).fold(0.0, |a: f64, b| if b > a || b.is_nan() { b } else { a });
-        (motion, if lost == Some(Lost::Friction) { f64::INFINITY } else { largest })
+        (motion, if matches!(lost, Some((_, Coarse::Friction))) { f64::INFINITY } else { largest })
     })
 }
 

@@ -1,9 +1,10 @@
 //! Plant, controller and reference as one system in continuous time, the paper's setting.
 
 use super::certificate::Certificate;
+use super::doubt::Coarse;
 use super::evaluation::Evaluation;
 use super::integrators::{Motion, RK4, Tableau};
-use super::stiff::{self, Lost, Moved};
+use super::stiff::{self, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
 use crate::control::{Command, Compensator, Controller, Law, MAX_STAGES, Stage};
 use crate::error::Result;
@@ -27,7 +28,7 @@ pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     pulls: [f64; 4],
     last_braking: Option<Vector<N>>,
     /// What the step that has begun cannot follow.
-    lost: Option<Lost>,
+    lost: Option<(usize, Coarse)>,
 }
 
 /// The start of a step of the loop: q̈ there, and how the step is to be made.
@@ -156,13 +157,13 @@ where
         }
         let inverse = posed.factor.inverse_diagonal();
         let falling = stiff::falling(&posed, &laws, stage.step).filter(|(rate, _)| *rate > 1.0);
-        self.lost = falling.map(|(_, joint)| Lost::Falling(joint));
+        self.lost = falling.map(|(_, joint)| (joint, Coarse::Falling));
         let uncovered = (0..N).find(|&i| {
             let explicit = self.controller.law.joint_friction(i);
             let stiff = stage.step * explicit.steepest() * inverse[i] > stiff::MOST_BRAKING;
             stiff && explicit != laws[i].known
         });
-        self.lost = self.lost.or(uncovered.map(Lost::Uncovered));
+        self.lost = self.lost.or(uncovered.map(|joint| (joint, Coarse::Uncovered)));
         let free = posed.free(&(push - stiff::known(&laws, dq)));
         self.pull(0, &evaluation, &(ddq - free));
         (evaluation, Start { ddq, stiff: Some((laws, free)) })

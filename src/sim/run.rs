@@ -5,9 +5,9 @@ use core::hint::black_box;
 use std::collections::TryReserveError;
 
 use super::certificate::Certificate;
+use super::doubt::Doubt;
 use super::evaluation::Evaluation;
 use super::options::Record;
-use super::resolution::Doubt;
 use crate::control::Sample;
 use crate::error::Error;
 use crate::math::Vector;

@@ -21,6 +21,7 @@
 //! never changes sign. A loop that holds a torque which cancels friction lives on 1 − R: a slow decay to 0 would count.
 //! Nothing is remembered from one step to the next.
 
+use super::doubt::Coarse;
 use super::integrators::{Motion, RK4};
 use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
 use crate::control::{Law, Stage};
@@ -49,23 +50,8 @@ pub struct Moved<const N: usize> {
     pub error: Vector<N>,
     /// Whether friction and stops were solved for.
     pub stiff: bool,
-    /// What the step could not follow.
-    pub(super) lost: Option<Lost>,
-}
-
-/// What a step could not follow.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Lost {
-    /// The bounce of this joint in its stop.
-    Bounce(usize),
-    /// The friction.
-    Friction,
-    /// Viscous friction of this joint, which the controller cancels from sampled velocities.
-    Cancelled(usize),
-    /// Stribeck's friction of this joint, which falls too fast.
-    Falling(usize),
-    /// Friction of this joint, which the controller cancels by another law than the plant's.
-    Uncovered(usize),
+    /// The joint that the step could not follow, and in what.
+    pub(super) lost: Option<(usize, Coarse)>,
 }
 
 impl<const N: usize> Moved<N> {
@@ -184,7 +170,11 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
         q[i] = forward.q[i];
     }
     let motion = Motion { q, dq };
-    let lost = if solved && found { last.bounce(&factor, &motion.q) } else { Some(Lost::Friction) };
+    let lost = if solved && found {
+        last.bounce(&factor, &motion.q).map(|joint| (joint, Coarse::Bounce))
+    } else {
+        Some((0, Coarse::Friction))
+    };
     (Moved { motion, error, stiff: true, lost }, f)
 }
 
@@ -246,13 +236,13 @@ impl<const N: usize> Braked<'_, N> {
     }
 
     /// A joint that came into a stop whose bounce is shorter than the step.
-    fn bounce(&self, factor: &Factor<N>, q: &Vector<N>) -> Option<Lost> {
+    fn bounce(&self, factor: &Factor<N>, q: &Vector<N>) -> Option<usize> {
         let came = |i: &usize| {
             let Resistance { stop, limits, .. } = &self.laws[*i];
             !stop.is_none() && limits.contain(self.start.q[*i]) && !limits.contain(q[*i])
         };
         let came = (0..N).find(came)?;
         let inverse = factor.inverse_diagonal();
-        is_hard(&inverse, &self.laws[came], came, self.h).then_some(Lost::Bounce(came))
+        is_hard(&inverse, &self.laws[came], came, self.h).then_some(came)
     }
 }

@@ -38,7 +38,7 @@ META: list[tuple[str, dict[str, Any], str]] = [
         {"status": {"kind": "finished", "t": "x", "reason": ""}},
         "status",
     ),
-    ("true as time", {"status": {"kind": "finished", "t": True, "reason": ""}}, "status: got True"),
+    ("true as time", {"status": {"kind": "finished", "t": True, "reason": ""}}, "status.t"),
     (
         "an infinite time",
         {"status": {"kind": "finished", "t": 1e999, "reason": ""}},
@@ -48,6 +48,16 @@ META: list[tuple[str, dict[str, Any], str]] = [
         "a reason that is none",
         {"status": {"kind": "finished", "t": 1.0, "reason": 3}},
         "reason: got 3",
+    ),
+    (
+        "a time before the run",
+        {"status": {"kind": "diverged", "t": -1.0, "reason": "q"}},
+        "status.t: got -1.0, wants a time >= 0",
+    ),
+    (
+        "a reason that moves the cursor",
+        {"status": {"kind": "diverged", "t": 0.01, "reason": "\x1b[2J"}},
+        r"reason: got '.x1b\[2J', wants a line of text",
     ),
     ("no certificate's keys", {"certificate": {}}, "certificate: got"),
     ("a text as certificate", {"certificate": "good"}, "certificate: got"),

@@ -97,6 +97,44 @@ fn a_damped_joint_stops_in_one_step() {
     assert!(next.dq[0].abs() < 0.05, "{}", next.dq[0]);
 }
 
+/// From rest under a held force f: v = (1 − e^(−x)) f/b and q = (h f − m v)/b exactly, x = h b/m. A loop whose torque cancels
+/// b q̇ adds up what a step leaves of that, so it is held to 0.5 % from x = 0.01 to 1000: on a slide alone, where RK4 follows
+/// the parts of a step, and below another at right angles to it, at rest in stiff friction.
+#[test]
+fn what_a_held_force_gives_a_damped_slide_is_right_however_much_it_is_damped() {
+    let (h, mass, force) = (1e-3, 2.0, 3.0);
+    let body = |mass| Inertia { mass, com: Default::default(), moments: Default::default() };
+    let slide = |axis, mass, friction| {
+        let link = Link::new(JointKind::Prismatic, Pose::IDENTITY, axis, body(mass));
+        Link { friction, ..link }
+    };
+    let (x_axis, y_axis) = (nalgebra::Vector3::x(), nalgebra::Vector3::y());
+    let tip = Pose::IDENTITY;
+    for k in 0..=50 {
+        let x = 0.01 * f64::powf(10.0, 0.1 * f64::from(k));
+        let damped = smooth(x * mass / h, 0.0);
+        let alone = [slide(x_axis, mass, damped)];
+        let below = [slide(x_axis, 1.0, damped), slide(y_axis, 1.0, smooth(0.0, 50.0))];
+        let alone = Serial::new(SerialParameters { links: alone, tip, gravity: [0.0; 3] }).unwrap();
+        let below = Serial::new(SerialParameters { links: below, tip, gravity: [0.0; 3] }).unwrap();
+        let speed = (1.0 - (-x).exp()) * force / damped.viscous;
+        let travel = (force * h - mass * speed) / damped.viscous;
+        for Motion { q, dq } in [first_of(alone, force, h), first_of(below, force, h)] {
+            assert!((dq[0] / speed - 1.0).abs() < 5e-3, "x = {x}: {} {speed}", dq[0]);
+            assert!((q[0] - travel).abs() < 0.04 * h * speed, "x = {x}: {} {travel}", q[0]);
+        }
+    }
+}
+
+/// The first joint a step after it was at rest.
+fn first_of<const N: usize>(arm: Serial<N>, force: f64, h: f64) -> Motion<1> {
+    let start = Motion { q: Vector::<N>::zeros(), dq: Vector::zeros() };
+    let mut tau = Vector::<N>::zeros();
+    tau[0] = force;
+    let end = hold_torque(&Plant::new(arm, Undisturbed), &start, &tau, 0.0, h);
+    Motion { q: Vector::<1>::repeat(end.q[0]), dq: Vector::repeat(end.dq[0]) }
+}
+
 #[test]
 fn a_joint_with_dry_friction_stays_exactly_where_it_is_below_what_holds_it() {
     let friction = JointFriction { stribeck: 0.1, ..dry(0.2, 0.3) };
