@@ -28,14 +28,8 @@ impl Arm<1> for Mass {
     fn mass_matrix(&self, _: &Vector<1>) -> Matrix<1> {
         Matrix::<1>::new(M)
     }
-    fn coriolis(&self, _: &Vector<1>, _: &Vector<1>) -> Matrix<1> {
-        Matrix::<1>::zeros()
-    }
-    fn gravity(&self, _: &Vector<1>) -> Vector<1> {
+    fn rigid_bias(&self, _: &Vector<1>, _: &Vector<1>) -> Vector<1> {
         Vector::zeros()
-    }
-    fn potential_energy(&self, _: &Vector<1>) -> f64 {
-        0.0
     }
 }
 

@@ -105,17 +105,8 @@ impl Arm<2> for Broken {
     fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
         Matrix::<2>::identity() / (q[0] - 1.0).max(0.0)
     }
-    fn coriolis(&self, _: &Vector<2>, _: &Vector<2>) -> Matrix<2> {
-        Matrix::<2>::zeros()
-    }
-    fn gravity(&self, _: &Vector<2>) -> Vector<2> {
+    fn rigid_bias(&self, _: &Vector<2>, _: &Vector<2>) -> Vector<2> {
         Vector::zeros()
-    }
-    fn friction(&self, _: &Vector<2>) -> Vector<2> {
-        Vector::zeros()
-    }
-    fn potential_energy(&self, _: &Vector<2>) -> f64 {
-        0.0
     }
 }
 

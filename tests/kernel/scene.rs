@@ -94,17 +94,11 @@ impl<const N: usize> Arm<N> for Joints {
     fn mass_matrix(&self, _: &Vector<N>) -> Matrix<N> {
         Matrix::from_diagonal(&Vector::from_fn(|n, _| 2.0 / (n + 1) as f64))
     }
-    fn coriolis(&self, _: &Vector<N>, _: &Vector<N>) -> Matrix<N> {
-        Matrix::zeros()
-    }
-    fn gravity(&self, q: &Vector<N>) -> Vector<N> {
+    fn rigid_bias(&self, q: &Vector<N>, _: &Vector<N>) -> Vector<N> {
         q.map(|q| 3.0 * q)
     }
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
         dq * 0.1
-    }
-    fn potential_energy(&self, q: &Vector<N>) -> f64 {
-        1.5 * q.norm_squared()
     }
 }
 
