@@ -1,7 +1,7 @@
 //! Dynamics of serial arms of 1 to 8 turning joints: inverse, mass matrix, forward, Jacobian. Every call has another q.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-#[path = "../tests/serial/chains.rs"]
+#[path = "../tests/common/chains.rs"]
 #[allow(dead_code, unused_imports, unused_macros)]
 mod chains;
 #[path = "../tests/common/random.rs"]

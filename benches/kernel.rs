@@ -14,7 +14,7 @@ use steadyarm::robot;
 
 #[path = "../tests/common/mod.rs"]
 mod common;
-#[path = "../tests/kernel/scene.rs"]
+#[path = "../tests/std/kernel/scene.rs"]
 mod scene;
 
 /// Period of the sampled controller [s].

@@ -93,7 +93,7 @@ pub(crate) fn eigenvalues_in_place(n: usize, h: &mut [f64], values: &mut [Comple
     hessenberg(&mut h);
     francis(&mut h, values)?;
     if values.iter().any(|z| !(z.re.is_finite() && z.im.is_finite())) {
-        return Err(Error::NoConvergence { computing: "eigenvalues" });
+        return Err(Error::no_convergence("eigenvalues"));
     }
     for z in values {
         *z *= scale;
@@ -231,7 +231,7 @@ fn francis(h: &mut Square, values: &mut [Complex]) -> Result<()> {
             sweep(h, first, last, shift);
         }
     }
-    Err(Error::NoConvergence { computing: "eigenvalues" })
+    Err(Error::no_convergence("eigenvalues"))
 }
 
 fn subdiagonal_sum(h: &Square) -> f64 {

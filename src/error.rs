@@ -1,213 +1,168 @@
 //! One error type: which parameter, what it got, what it wants.
 //!
-//! [`Error`] is `Copy` and holds no strings of its own, so that returning one in a control step costs no allocation.
+//! An [`Error`] is a place and a [`Problem`]. It is `Copy` and holds no strings of its own, so that
+//! returning one in a control step costs no allocation. Who knows the place better than the one who
+//! refused says so on the way up: `error.named("payload.mass").at(joint)`.
+
+mod problem;
 
 use core::fmt;
 
+pub use problem::Problem;
+
 /// Why a constructor refused its arguments, or a step its sample.
+///
+/// ```
+/// use steadyarm::{Error, Problem};
+///
+/// let error = Error::out_of_range("kp", -8.0, "a number > 0").at(1);
+/// assert_eq!(error.to_string(), "kp[1]: got -8, wants a number > 0");
+/// assert_eq!((error.parameter(), error.index()), ("kp", Some(1)));
+/// assert!(matches!(error.problem(), Problem::OutOfRange { got: -8.0, .. }));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Error {
-    /// A number is NaN or infinite.
-    NotFinite {
-        /// Name of the parameter.
-        parameter: &'static str,
-        /// Position in the parameter, if it has several entries.
-        index: Option<usize>,
-        /// The value found there.
-        got: f64,
-    },
-    /// A number lies outside what the parameter allows.
-    OutOfRange {
-        /// Name of the parameter.
-        parameter: &'static str,
-        /// Position in the parameter, if it has several entries.
-        index: Option<usize>,
-        /// The value found there.
-        got: f64,
-        /// What would be accepted, in words and units.
-        wanted: &'static str,
-    },
-    /// A parameter has the wrong number of entries.
-    WrongLength {
-        /// Name of the parameter.
-        parameter: &'static str,
-        /// Number of entries found.
-        got: usize,
-        /// Number of entries needed.
-        wanted: usize,
-    },
-    /// A count is larger than this crate accepts, or does not even fit an integer.
-    TooMany {
-        /// Name of what is counted.
-        parameter: &'static str,
-        /// The count, or `None` if it overflows.
-        got: Option<usize>,
-        /// The largest count accepted.
-        limit: usize,
-    },
-    /// The record of a run would be larger than memory, or than this crate makes one.
-    RecordTooLarge {
-        /// Only every so many steps enter the record.
-        every: usize,
-        /// Rows of the record.
-        rows: usize,
-        /// What a row takes [bytes].
-        row_bytes: usize,
-        /// The largest record made [bytes].
-        limit: u64,
-    },
-    /// A matrix that must be symmetric is not.
-    NotSymmetric {
-        /// Name of the matrix.
-        parameter: &'static str,
-        /// Row of the worst pair.
-        row: usize,
-        /// Column of the worst pair.
-        column: usize,
-        /// Difference between the two entries of that pair.
-        difference: f64,
-    },
-    /// A symmetric matrix has a negative (or, where that is not allowed, a zero) eigenvalue.
-    NotPositive {
-        /// Name of the matrix.
-        parameter: &'static str,
-        /// Its smallest eigenvalue.
-        smallest: f64,
-        /// `"positive definite"` or `"positive semidefinite"`.
-        wanted: &'static str,
-    },
-    /// A matrix that must be Hurwitz (every eigenvalue left of the imaginary axis) is not.
-    NotHurwitz {
-        /// Name of the matrix.
-        parameter: &'static str,
-        /// Its largest real part [1/s].
-        max_real: f64,
-    },
-    /// The Riccati equation has no stabilising solution.
-    NoStabilizingSolution {
-        /// The attenuation level that was asked for.
-        gamma: f64,
-        /// The smallest level that has a solution: γ must be larger.
-        gamma_opt: f64,
-        /// The factor by which Q would have to be multiplied at this γ: a smaller one is admissible.
-        max_scale: f64,
-    },
-    /// The system cannot be stabilised by this input.
-    NotStabilizable {
-        /// Name of the input matrix.
-        parameter: &'static str,
-    },
-    /// The Hamiltonian matrix of a Riccati equation has an eigenvalue on the imaginary axis: no solution is stabilising.
-    ModeOnAxis {
-        /// Name of the weight, which would have to see that mode.
-        parameter: &'static str,
-        /// Its distance from the origin [rad/s].
-        frequency: f64,
-    },
-    /// A computation with a fixed number of iterations did not reach its accuracy.
-    NoConvergence {
-        /// What was being computed.
-        computing: &'static str,
-    },
-    /// Saved data is not what it claims to be.
-    Damaged {
-        /// What is wrong with it.
-        problem: &'static str,
-    },
+pub struct Error {
+    place: Place,
+    problem: Problem,
 }
 
 /// Result with this crate's [`Error`].
 pub type Result<T, E = Error> = core::result::Result<T, E>;
 
-/// A number, in powers of ten where its digits would fill a line.
-struct Number(f64);
-
-impl fmt::Display for Number {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let size = self.0.abs();
-        if size == 0.0 || !size.is_finite() || (1e-5..1e16).contains(&size) {
-            write!(f, "{}", self.0)
-        } else {
-            write!(f, "{:e}", self.0)
-        }
-    }
+/// The parameter, or the part of a computation, that is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Place {
+    parameter: &'static str,
+    index: Option<usize>,
 }
 
-struct Place(&'static str, Option<usize>);
+impl Error {
+    const fn new(parameter: &'static str, problem: Problem) -> Self {
+        Self { place: Place { parameter, index: None }, problem }
+    }
 
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.1 {
-            Some(index) => write!(f, "{}[{index}]", self.0),
-            None => f.write_str(self.0),
-        }
+    /// [`Problem::NotFinite`] of the parameter of this name.
+    pub const fn not_finite(parameter: &'static str, got: f64) -> Self {
+        Self::new(parameter, Problem::NotFinite { got })
+    }
+
+    /// [`Problem::OutOfRange`]; `wanted` says in words and units what would be accepted.
+    pub const fn out_of_range(parameter: &'static str, got: f64, wanted: &'static str) -> Self {
+        Self::new(parameter, Problem::OutOfRange { got, wanted })
+    }
+
+    /// [`Problem::WrongLength`], both in entries.
+    pub const fn wrong_length(parameter: &'static str, got: usize, wanted: usize) -> Self {
+        Self::new(parameter, Problem::WrongLength { got, wanted })
+    }
+
+    /// [`Problem::TooMany`]; `got` is `None` if the count overflows.
+    pub const fn too_many(parameter: &'static str, got: Option<usize>, limit: usize) -> Self {
+        Self::new(parameter, Problem::TooMany { got, limit })
+    }
+
+    /// [`Problem::RecordTooLarge`], naming `record_every`.
+    #[cfg(feature = "std")]
+    pub(crate) const fn record_too_large(
+        every: usize,
+        (rows, row_bytes): (usize, usize),
+        limit: u64,
+    ) -> Self {
+        Self::new("record_every", Problem::RecordTooLarge { every, rows, row_bytes, limit })
+    }
+
+    /// [`Problem::NotSymmetric`], with the entries (row, column) and (column, row) so far apart.
+    pub(crate) const fn not_symmetric(
+        parameter: &'static str,
+        (row, column): (usize, usize),
+        difference: f64,
+    ) -> Self {
+        Self::new(parameter, Problem::NotSymmetric { row, column, difference })
+    }
+
+    /// [`Problem::NotPositive`], with the smallest eigenvalue.
+    pub(crate) const fn not_positive(
+        parameter: &'static str,
+        smallest: f64,
+        wanted: &'static str,
+    ) -> Self {
+        Self::new(parameter, Problem::NotPositive { smallest, wanted })
+    }
+
+    /// [`Problem::NotHurwitz`], with the largest real part [1/s].
+    pub(crate) const fn not_hurwitz(parameter: &'static str, max_real: f64) -> Self {
+        Self::new(parameter, Problem::NotHurwitz { max_real })
+    }
+
+    /// [`Problem::NoStabilizingSolution`], naming `gamma`.
+    pub(crate) const fn no_stabilizing_solution(
+        gamma: f64,
+        gamma_opt: f64,
+        max_scale: f64,
+    ) -> Self {
+        Self::new("gamma", Problem::NoStabilizingSolution { gamma, gamma_opt, max_scale })
+    }
+
+    /// [`Problem::NotStabilizable`] by the input matrix of this name.
+    pub(crate) const fn not_stabilizable(parameter: &'static str) -> Self {
+        Self::new(parameter, Problem::NotStabilizable)
+    }
+
+    /// [`Problem::ModeOnAxis`] at this frequency [rad/s], unseen by the weight of this name.
+    pub(crate) const fn mode_on_axis(parameter: &'static str, frequency: f64) -> Self {
+        Self::new(parameter, Problem::ModeOnAxis { frequency })
+    }
+
+    /// [`Problem::NoConvergence`] of what is being computed.
+    pub(crate) const fn no_convergence(computing: &'static str) -> Self {
+        Self::new(computing, Problem::NoConvergence)
+    }
+
+    /// [`Problem::Damaged`] of a saved state.
+    #[cfg(feature = "std")]
+    pub(crate) const fn damaged(flaw: &'static str) -> Self {
+        Self::new("saved state", Problem::Damaged { flaw })
+    }
+
+    /// The same problem, of the parameter of another name.
+    #[must_use]
+    pub const fn named(mut self, parameter: &'static str) -> Self {
+        self.place.parameter = parameter;
+        self
+    }
+
+    /// The same problem, at this position of its parameter: of a list, a joint. `None`: of it all.
+    #[must_use]
+    pub fn at(mut self, index: impl Into<Option<usize>>) -> Self {
+        self.place.index = index.into();
+        self
+    }
+
+    /// Name of the parameter, or of what was being computed.
+    pub const fn parameter(&self) -> &'static str {
+        self.place.parameter
+    }
+
+    /// Position in the parameter, if it has several entries.
+    pub const fn index(&self) -> Option<usize> {
+        self.place.index
+    }
+
+    /// What is wrong with it.
+    pub const fn problem(&self) -> Problem {
+        self.problem
     }
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match *self {
-            Self::NotFinite { parameter, index, got } => {
-                write!(f, "{}: got {}, wants a finite number", Place(parameter, index), Number(got))
-            }
-            Self::OutOfRange { parameter, index, got, wanted } => {
-                write!(f, "{}: got {}, wants {wanted}", Place(parameter, index), Number(got))
-            }
-            Self::WrongLength { parameter, got, wanted } => {
-                write!(f, "{parameter}: got {got} entries, wants {wanted}")
-            }
-            Self::TooMany { parameter, got: Some(got), limit } => {
-                write!(f, "{parameter}: got {got}, wants at most {limit}")
-            }
-            Self::TooMany { parameter, got: None, limit } => {
-                write!(f, "{parameter}: got more than fit an integer, wants at most {limit}")
-            }
-            Self::RecordTooLarge { every, rows, row_bytes, limit } => write!(
-                f,
-                "record_every: got {every}, which makes a record of {:.2} GB ({rows} rows of \
-                 {row_bytes} bytes), wants at most {:.2} GB and what fits memory; take a larger \
-                 number, or record=\"motion\", the motion alone",
-                rows as f64 * row_bytes as f64 / 1e9,
-                limit as f64 / 1e9,
-            ),
-            Self::NotSymmetric { parameter, row, column, difference } => write!(
-                f,
-                "{parameter}: got {parameter}[{row}, {column}] and {parameter}[{column}, {row}] \
-                 {difference:e} apart, wants a symmetric matrix"
-            ),
-            Self::NotPositive { parameter, smallest, wanted } => write!(
-                f,
-                "{parameter}: got smallest eigenvalue {smallest:e}, wants a {wanted} matrix"
-            ),
-            Self::NotHurwitz { parameter, max_real } => write!(
-                f,
-                "{parameter}: got an eigenvalue with real part {max_real:e} 1/s, wants all real \
-                 parts negative"
-            ),
-            Self::NoStabilizingSolution { gamma, gamma_opt, max_scale } => write!(
-                f,
-                "gamma: got {gamma}, wants more than {gamma_opt:.10} for this Q; or at this gamma, \
-                 multiply Q by less than {max_scale:.10}"
-            ),
-            Self::NotStabilizable { parameter } => write!(
-                f,
-                "{parameter}: got an input that does not reach every unstable mode of A, wants a \
-                 stabilisable pair (A, {parameter})"
-            ),
-            Self::ModeOnAxis { parameter, frequency } => write!(
-                f,
-                "{parameter}: got a Hamiltonian matrix with an eigenvalue on the imaginary axis, or \
-                 too near to tell, at {frequency:e} rad/s, so that no solution is stabilising; wants \
-                 a {parameter} that sees every such mode of A, or, if it is indefinite, a larger one"
-            ),
-            Self::NoConvergence { computing } => write!(
-                f,
-                "{computing}: did not reach its accuracy in the iterations allowed; rescale the \
-                 problem so that its entries are of similar size"
-            ),
-            Self::Damaged { problem } => write!(f, "saved state: {problem}"),
+        let Place { parameter, index } = self.place;
+        f.write_str(parameter)?;
+        if let Some(index) = index {
+            write!(f, "[{index}]")?;
         }
+        f.write_str(": ")?;
+        self.problem.say(parameter, f)
     }
 }
 
@@ -217,7 +172,7 @@ impl core::error::Error for Error {}
 pub(crate) fn finite(parameter: &'static str, values: &[f64]) -> Result<()> {
     match values.iter().position(|v| !v.is_finite()) {
         None => Ok(()),
-        Some(i) => Err(Error::NotFinite { parameter, index: index_of(values, i), got: values[i] }),
+        Some(i) => Err(Error::not_finite(parameter, values[i]).at(index_of(values, i))),
     }
 }
 
@@ -239,14 +194,78 @@ pub(crate) fn within(
     wanted: &'static str,
 ) -> Result<()> {
     finite(parameter, values)?;
+    accepted(parameter, values, accept, wanted)
+}
+
+/// Refuses what fails `accept`, which may let infinities pass.
+pub(crate) fn accepted(
+    parameter: &'static str,
+    values: &[f64],
+    accept: impl Fn(f64) -> bool,
+    wanted: &'static str,
+) -> Result<()> {
     match values.iter().position(|&v| !accept(v)) {
         None => Ok(()),
-        Some(i) => {
-            Err(Error::OutOfRange { parameter, index: index_of(values, i), got: values[i], wanted })
-        }
+        Some(i) => Err(Error::out_of_range(parameter, values[i], wanted).at(index_of(values, i))),
     }
+}
+
+/// Refuses another number of entries.
+pub(crate) fn length(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
+    if got == wanted { Ok(()) } else { Err(Error::wrong_length(parameter, got, wanted)) }
+}
+
+/// Refuses none where at least one is needed.
+pub(crate) fn not_empty(parameter: &'static str, got: usize) -> Result<()> {
+    length(parameter, got, got.max(1))
+}
+
+/// Refuses a larger count.
+pub(crate) fn at_most(parameter: &'static str, got: usize, limit: usize) -> Result<()> {
+    if got <= limit { Ok(()) } else { Err(Error::too_many(parameter, Some(got), limit)) }
 }
 
 fn index_of(values: &[f64], i: usize) -> Option<usize> {
     (values.len() > 1).then_some(i)
+}
+
+#[cfg(test)]
+#[cfg(feature = "std")]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_place_keeps_the_problem() {
+        let error = non_negative("coulomb", &[1.0, -2.0]).map_err(|e| e.named("friction.coulomb"));
+        let error = error.expect_err("negative");
+        assert_eq!(error.to_string(), "friction.coulomb[1]: got -2, wants a number >= 0");
+        let moved = error.at(6);
+        assert_eq!((moved.parameter(), moved.index()), ("friction.coulomb", Some(6)));
+        assert_eq!(moved.problem(), error.problem());
+        let whole = moved.at(None).named("coulomb");
+        assert_eq!(whole, Error::out_of_range("coulomb", -2.0, "a number >= 0"));
+    }
+
+    /// The matrix is named three times in a message, under one name.
+    #[test]
+    fn a_renamed_matrix_has_the_new_name_throughout() {
+        let pair = Error::not_symmetric("q", (0, 1), 0.5).named("Q");
+        let words = "Q: got Q[0, 1] and Q[1, 0] 5e-1 apart, wants a symmetric matrix";
+        assert_eq!(pair.to_string(), words);
+        let input = Error::not_stabilizable("b").named("B").to_string();
+        assert!(input.starts_with("B: ") && input.ends_with("a stabilisable pair (A, B)"));
+        let weight = Error::mode_on_axis("q", 3.0).named("Q").to_string();
+        assert!(weight.starts_with("Q: ") && weight.contains("at 3e0 rad/s"), "{weight}");
+        assert!(weight.contains("wants a Q that sees"), "{weight}");
+    }
+
+    #[test]
+    fn counts_are_refused_at_their_ends() {
+        assert!(not_empty("links", 1).is_ok() && at_most("rules", 8, 8).is_ok());
+        assert_eq!(not_empty("links", 0), Err(Error::wrong_length("links", 0, 1)));
+        assert_eq!(at_most("rules", 9, 8), Err(Error::too_many("rules", Some(9), 8)));
+        assert_eq!(length("x", 3, 2), Err(Error::wrong_length("x", 3, 2)));
+        let overflow = Error::too_many("rules", None, 8).to_string();
+        assert_eq!(overflow, "rules: got more than fit an integer, wants at most 8");
+    }
 }

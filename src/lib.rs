@@ -64,7 +64,7 @@ pub mod robot;
 #[cfg(feature = "std")]
 pub mod sim;
 
-pub use error::{Error, Result};
+pub use error::{Error, Problem, Result};
 
 /// Runs the README's examples as tests.
 #[cfg(doctest)]

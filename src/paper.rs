@@ -6,7 +6,7 @@ use crate::arm::{TwoLink, TwoLinkParameters};
 use crate::control::{
     Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains,
 };
-use crate::error::{Error, Result};
+use crate::error::{Result, at_most};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
 use crate::plant::Plant;
 use crate::reference::{Harmonic, Sines};
@@ -79,9 +79,7 @@ pub fn gains() -> Result<Gains<2>> {
 /// The basis of a reading over `inputs` inputs.
 pub fn basis(reading: Reading, inputs: usize) -> Result<FuzzyBasis> {
     const MOST: usize = 8;
-    if inputs > MOST {
-        return Err(Error::TooMany { parameter: "inputs", got: Some(inputs), limit: MOST });
-    }
+    at_most("inputs", inputs, MOST)?;
     let axis = Axis { centers: &CENTERS, widths: &[WIDTH] };
     FuzzyBasis::new(reading.form, reading.normalized, &[axis; MOST][..inputs])
 }

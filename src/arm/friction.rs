@@ -55,7 +55,7 @@ impl JointFriction {
     /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb`, `friction.stribeck`,
     /// `friction.stribeck_speed` or `friction.smoothing`.
     pub fn validate(&self, joint: usize) -> Result<()> {
-        let at = |e| at_joint(e, joint);
+        let at = |e: Error| e.at(joint);
         non_negative("friction.viscous", &[self.viscous]).map_err(at)?;
         non_negative("friction.coulomb", &self.coulomb).map_err(at)?;
         non_negative("friction.stribeck", &[self.stribeck]).map_err(at)?;
@@ -177,18 +177,6 @@ fn smooth_sign(x: f64) -> f64 {
 #[inline]
 fn nearly_tanh(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { 1.0 - 2.0 / (exp(2.0 * x) + 1.0) }
-}
-
-/// The same refusal, with the joint as its place.
-fn at_joint(error: Error, joint: usize) -> Error {
-    let index = Some(joint);
-    match error {
-        Error::NotFinite { parameter, got, .. } => Error::NotFinite { parameter, index, got },
-        Error::OutOfRange { parameter, got, wanted, .. } => {
-            Error::OutOfRange { parameter, index, got, wanted }
-        }
-        other => other,
-    }
 }
 
 impl<const N: usize> Default for Friction<N> {

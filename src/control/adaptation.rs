@@ -9,7 +9,7 @@
 //! Every modification scales the drive or pulls the weights along themselves, so that the change over a step
 //! stays a sum of rank-one terms and the weights never enter an integrator.
 
-use crate::error::{Error, Result, non_negative, positive};
+use crate::error::{Result, accepted, non_negative, positive};
 use crate::math::{Vector, sqrt};
 
 /// The projection starts to act at this fraction of its radius (Pomet and Praly 1992).
@@ -53,15 +53,8 @@ impl<const N: usize> Adaptation<N> {
         non_negative("error_modification", &[self.error_modification])?;
         non_negative("dead_zone", &[self.dead_zone])?;
         non_negative("normalization", &[self.normalization])?;
-        if self.projection_radius > 0.0 {
-            return Ok(());
-        }
-        Err(Error::OutOfRange {
-            parameter: "projection_radius",
-            index: None,
-            got: self.projection_radius,
-            wanted: "a radius > 0 (infinite for none)",
-        })
+        let wanted = "a radius > 0 (infinite for none)";
+        accepted("projection_radius", &[self.projection_radius], |radius| radius > 0.0, wanted)
     }
 
     /// Whether anything pulls the weights back to their prior.

@@ -129,8 +129,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         let sample = self.sample(q, dq, desired);
         let mut command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
         if let Some(n) = command.tau.iter().position(|tau| !tau.is_finite()) {
-            let (index, got) = (Some(n), command.tau[n]);
-            return Err(Error::NotFinite { parameter: "tau", index, got });
+            return Err(Error::not_finite("tau", command.tau[n]).at(n));
         }
         if let Some(last) = &state.last_tau {
             command.tau = self.limits.clamp_after(last, &command.tau, dt);

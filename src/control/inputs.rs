@@ -1,7 +1,7 @@
 //! Which signals a compensator sees.
 
 use super::Sample;
-use crate::error::{Error, Result, within};
+use crate::error::{Error, Result, at_most, not_empty, within};
 
 /// A signal of `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,23 +41,13 @@ impl Inputs {
     /// `inputs`: none, more than seven, or one twice. `scale`: not finite, or zero.
     pub fn new(signals: &[(Signal, f64)]) -> Result<Self> {
         let count = signals.len();
-        if count == 0 {
-            return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
-        }
-        if count > SIGNALS {
-            return Err(Error::TooMany { parameter: "inputs", got: Some(count), limit: SIGNALS });
-        }
+        not_empty("inputs", count)?;
+        at_most("inputs", count, SIGNALS)?;
         let mut chosen = [(Signal::E, 1.0); SIGNALS];
         for (i, &(signal, scale)) in signals.iter().enumerate() {
             within("scale", &[scale], |s| s != 0.0, "a number other than 0")?;
             if signals[..i].iter().any(|(other, _)| *other == signal) {
-                let wanted = "each signal once";
-                return Err(Error::OutOfRange {
-                    parameter: "inputs",
-                    index: Some(i),
-                    got: i as f64,
-                    wanted,
-                });
+                return Err(Error::out_of_range("inputs", i as f64, "each signal once").at(i));
             }
             chosen[i] = (signal, scale);
         }

@@ -1,6 +1,6 @@
 //! What a torque command may be: an effort limit and a rate limit.
 
-use crate::error::{Error, Result};
+use crate::error::{Result, accepted};
 use crate::math::Vector;
 
 /// Limits on the torque that a controller asks for. Unlimited by default.
@@ -21,8 +21,9 @@ impl<const N: usize> Default for Limits<N> {
 impl<const N: usize> Limits<N> {
     /// Refuses NaN, zero and negative limits.
     pub fn validate(&self) -> Result<()> {
-        positive_or_infinite("effort_limit", &self.effort_limit)?;
-        positive_or_infinite("effort_rate_limit", &self.effort_rate_limit)
+        let wanted = "a limit > 0 (infinite for none)";
+        accepted("effort_limit", &self.effort_limit, |limit| limit > 0.0, wanted)?;
+        accepted("effort_rate_limit", &self.effort_rate_limit, |limit| limit > 0.0, wanted)
     }
 
     /// The nearest torque inside the effort limit.
@@ -51,17 +52,5 @@ fn bound(x: f64, low: f64, high: f64) -> f64 {
         high
     } else {
         x
-    }
-}
-
-fn positive_or_infinite(parameter: &'static str, values: &[f64]) -> Result<()> {
-    match values.iter().position(|v| v.is_nan() || *v <= 0.0) {
-        None => Ok(()),
-        Some(i) => Err(Error::OutOfRange {
-            parameter,
-            index: (values.len() > 1).then_some(i),
-            got: values[i],
-            wanted: "a limit > 0 (infinite for none)",
-        }),
     }
 }

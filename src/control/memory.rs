@@ -29,7 +29,7 @@ impl<B: Buffer> Memory<B> {
     pub fn new(mut buffer: B, len: usize) -> Result<Self> {
         let (got, wanted) = (buffer.as_ref().len(), Self::buffer_len(len));
         if got < wanted {
-            return Err(Error::WrongLength { parameter: "buffer", got, wanted });
+            return Err(Error::wrong_length("buffer", got, wanted));
         }
         buffer.as_mut().fill(0.0);
         let offset = first_lane(buffer.as_ref());

@@ -4,7 +4,7 @@
 //! |W − W₀|² of each joint · FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
 
 use super::{FuzzyCompensator, FuzzyState, State};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, length};
 use crate::math::{FNV_START, Vector, fnv};
 
 const MAGIC: &[u8; 12] = b"steadyarm\0\0\x01";
@@ -56,7 +56,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// Restores what [`save`](Self::save) wrote, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Damaged`] for bytes that were cut, changed, or written by another version; `joints`, `rules`: the state of
+    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another version; `joints`, `rules`: the state of
     /// another controller. The state is then as before.
     pub fn restore(
         &self,
@@ -75,7 +75,7 @@ impl<const N: usize> FuzzyCompensator<N> {
             return Err(OTHER);
         }
         if !norms.iter().all(|x| x.is_finite() && *x >= 0.0) {
-            return Err(Error::Damaged { problem: "its weights have no such norms" });
+            return Err(Error::damaged("its weights have no such norms"));
         }
         self.check_weights(&weights)?;
         if has_prior {
@@ -98,7 +98,7 @@ impl<const N: usize> FuzzyCompensator<N> {
 }
 
 pub(super) const OTHER: Error =
-    Error::Damaged { problem: "it belongs to a controller with other modifications" };
+    Error::damaged("it belongs to a controller with other modifications");
 
 /// Everything before the weights.
 pub(super) struct Header<const N: usize> {
@@ -128,10 +128,6 @@ pub(super) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
     bytes
 }
 
-pub(super) fn wanted(parameter: &'static str, got: usize, wanted: usize) -> Result<()> {
-    if got == wanted { Ok(()) } else { Err(Error::WrongLength { parameter, got, wanted }) }
-}
-
 pub(super) struct Reader<'a> {
     pub rest: &'a [u8],
 }
@@ -140,17 +136,13 @@ impl<'a> Reader<'a> {
     /// Checks magic, version and checksum.
     pub fn open(bytes: &'a [u8]) -> Result<Self> {
         let Some((body, sum)) = bytes.split_last_chunk::<8>() else {
-            return Err(Error::Damaged { problem: "it is too short" });
+            return Err(Error::damaged("it is too short"));
         };
         let Some(rest) = body.strip_prefix(MAGIC) else {
-            return Err(Error::Damaged {
-                problem: "it was not saved by this version of steadyarm",
-            });
+            return Err(Error::damaged("it was not saved by this version of steadyarm"));
         };
         if u64::from_le_bytes(*sum) != fnv(FNV_START, body) {
-            return Err(Error::Damaged {
-                problem: "its checksum does not match: it was changed or cut",
-            });
+            return Err(Error::damaged("its checksum does not match: it was changed or cut"));
         }
         Ok(Self { rest })
     }
@@ -159,23 +151,23 @@ impl<'a> Reader<'a> {
     pub fn header<const N: usize>(&mut self, rules: usize, kind: u64) -> Result<Header<N>> {
         let (joints, found) = (self.count()?, self.count()?);
         let (flags, steps, advances) = (self.count()?, self.count()?, self.count()?);
-        wanted("joints", joints as usize, N)?;
+        length("joints", joints as usize, N)?;
         if flags & KERNEL != kind {
             let problem = "it belongs to a controller with a compensator of another kind: one of \
                            them has a dictionary";
-            return Err(Error::Damaged { problem });
+            return Err(Error::damaged(problem));
         }
-        wanted(if kind == KERNEL { "sets" } else { "rules" }, found as usize, rules)?;
+        length(if kind == KERNEL { "sets" } else { "rules" }, found as usize, rules)?;
         let tau: Vector<N> = Vector::from_column_slice(&self.floats(N)?);
         if !tau.iter().all(|x| x.is_finite()) {
-            return Err(Error::Damaged { problem: "its last torque is not finite" });
+            return Err(Error::damaged("its last torque is not finite"));
         }
         Ok(Header { flags, steps, advances, last_tau: (flags & TORQUE != 0).then_some(tau) })
     }
 
     fn word(&mut self) -> Result<[u8; 8]> {
         let Some((word, rest)) = self.rest.split_first_chunk::<8>() else {
-            return Err(Error::Damaged { problem: "it is too short" });
+            return Err(Error::damaged("it is too short"));
         };
         self.rest = rest;
         Ok(*word)

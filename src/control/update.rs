@@ -141,7 +141,7 @@ impl<const N: usize> Update<N> {
         let got = stages.mixes[end.index].norm_bound(end.index, norms, xi_bound);
         if got > MAX_WEIGHT || got.is_nan() {
             let wanted = "weights of at most 1e150; lower the gain";
-            return Err(Error::OutOfRange { parameter: "weights", index: None, got, wanted });
+            return Err(Error::out_of_range("weights", got, wanted));
         }
         Ok(())
     }

@@ -10,7 +10,7 @@
 //! Source: paper (8), (12), (18), linearised at e = 0.
 
 use crate::eigen::{Complex, eigenvalues, eigenvalues_in_place, modulus};
-use crate::error::{Error, Result, finite, non_negative, positive};
+use crate::error::{Error, Result, at_most, finite, non_negative, positive};
 use crate::math::{Matrix, sqrt};
 
 /// The longest delay accepted, in samples.
@@ -104,10 +104,7 @@ impl LinearModel {
     pub fn sampled_radius(&self, period: f64, delay_samples: usize) -> Result<f64> {
         self.check()?;
         positive("period", &[period])?;
-        if delay_samples > MAX_DELAY {
-            let parameter = "delay_samples";
-            return Err(Error::TooMany { parameter, got: Some(delay_samples), limit: MAX_DELAY });
-        }
+        at_most("delay_samples", delay_samples, MAX_DELAY)?;
         self.radius(period, delay_samples)
     }
 
@@ -121,7 +118,7 @@ impl LinearModel {
         let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
         if g * kv * (kp + k_i * p22) <= k_i * p12 {
             let max_real = poles.iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re));
-            return Err(Error::NotHurwitz { parameter: "linear model", max_real });
+            return Err(Error::not_hurwitz("linear model", max_real));
         }
         let fastest = poles.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
         let stable = |h: f64| Ok(self.sampled_radius(h, delay_samples)? < 1.0);
@@ -190,7 +187,7 @@ fn bracket(first: f64, stable: impl Fn(f64) -> Result<bool>) -> Result<(f64, f64
         }
         good *= GROWTH;
     }
-    Err(Error::NoConvergence { computing: "longest period" })
+    Err(Error::no_convergence("longest period"))
 }
 
 fn bisect(mut good: f64, mut bad: f64, stable: impl Fn(f64) -> Result<bool>) -> Result<f64> {

@@ -5,7 +5,7 @@ use core::fmt;
 use super::{LinearModel, Subject};
 use crate::control::Gains;
 use crate::eigen::{Complex, modulus};
-use crate::error::{Error, Result, positive};
+use crate::error::{Error, Problem, Result, not_empty, positive};
 use crate::math::{exp, sqrt};
 use crate::riccati::{JointSolution, joint_gamma_opt, joint_max_scale};
 
@@ -206,9 +206,7 @@ impl<const N: usize> Report<N> {
     ) -> Result<Self> {
         positive("inertia_ratio", &[conditions.inertia_ratio])?;
         positive("period", &[conditions.period])?;
-        if conditions.disturbance.is_empty() {
-            return Err(Error::WrongLength { parameter: "disturbance", got: 0, wanted: 1 });
-        }
+        not_empty("disturbance", conditions.disturbance.len())?;
         let xi_squared = compensator.xi_squared_at_zero()?;
         let mut findings = Vec::new();
         let mut joints = Vec::with_capacity(N);
@@ -219,7 +217,7 @@ impl<const N: usize> Report<N> {
         }
         match joints.try_into() {
             Ok(joints) => Ok(Self { joints, findings }),
-            Err(_) => Err(Error::NoConvergence { computing: "design report" }),
+            Err(_) => Err(Error::no_convergence("design report")),
         }
     }
 
@@ -269,7 +267,7 @@ impl<const N: usize> Design<'_, N> {
             rms: [self.rms(0.0)?, self.rms(k_i)?],
             sampled_radius: model.sampled_radius(period, delay_samples)?,
             max_period: match model.max_period(delay_samples) {
-                Err(Error::NotHurwitz { .. }) => 0.0,
+                Err(error) if matches!(error.problem(), Problem::NotHurwitz { .. }) => 0.0,
                 other => other?,
             },
         };

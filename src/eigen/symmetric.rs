@@ -121,7 +121,7 @@ fn implicit_ql(d: &mut [f64], e: &mut [f64]) -> Result<()> {
             }
             sweeps += 1;
             if sweeps > SWEEPS {
-                return Err(Error::NoConvergence { computing: "symmetric eigenvalues" });
+                return Err(Error::no_convergence("symmetric eigenvalues"));
             }
             ql_sweep(d, e, l, m);
         }

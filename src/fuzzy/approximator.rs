@@ -3,7 +3,7 @@
 //! `min_W Σ |W ξ(x_k) − y_k|² + ridge T |W|²` over T samples: the universal approximation statement (5), to look at.
 
 use super::FuzzyBasis;
-use crate::error::{Error, Result, finite, non_negative};
+use crate::error::{Error, Result, at_most, finite, length, non_negative, not_empty};
 
 /// The normal equations are a dense matrix of this order at the most (128 MiB).
 const MAX_FITTED_RULES: usize = 4096;
@@ -22,7 +22,7 @@ impl FuzzyApproximator {
     ///
     /// # Errors
     /// `x`, `y`: lengths that do not fit, no sample, or not finite. `outputs`: 0. `ridge`: negative. `rules`: more than 4096.
-    /// `ridge` again, as [`Error::NotPositive`], when the samples do not determine W: give more ridge.
+    /// `ridge` again, as [`NotPositive`](crate::Problem::NotPositive), when the samples do not determine W: give more ridge.
     pub fn fit(
         basis: FuzzyBasis,
         x: &[f64],
@@ -34,19 +34,11 @@ impl FuzzyApproximator {
         let samples = x.len() / inputs;
         if samples == 0 || x.len() != samples * inputs {
             let wanted = inputs * samples.max(1);
-            return Err(Error::WrongLength { parameter: "x", got: x.len(), wanted });
+            return Err(Error::wrong_length("x", x.len(), wanted));
         }
-        if outputs == 0 {
-            return Err(Error::WrongLength { parameter: "outputs", got: 0, wanted: 1 });
-        }
-        let wanted = samples.saturating_mul(outputs);
-        if y.len() != wanted {
-            return Err(Error::WrongLength { parameter: "y", got: y.len(), wanted });
-        }
-        if rules > MAX_FITTED_RULES {
-            let (got, limit) = (Some(rules), MAX_FITTED_RULES);
-            return Err(Error::TooMany { parameter: "rules", got, limit });
-        }
+        not_empty("outputs", outputs)?;
+        length("y", y.len(), samples.saturating_mul(outputs))?;
+        at_most("rules", rules, MAX_FITTED_RULES)?;
         finite("x", x)?;
         finite("y", y)?;
         non_negative("ridge", &[ridge])?;
@@ -69,7 +61,7 @@ impl FuzzyApproximator {
         let (got, rules) = (weights.len(), basis.rules());
         if got == 0 || !got.is_multiple_of(rules) {
             let wanted = got.next_multiple_of(rules).max(rules);
-            return Err(Error::WrongLength { parameter: "weights", got, wanted });
+            return Err(Error::wrong_length("weights", got, wanted));
         }
         finite("weights", &weights)?;
         Ok(Self { work: basis.work_len(), basis, outputs: got / rules, weights })
@@ -98,7 +90,7 @@ impl FuzzyApproximator {
         let (inputs, rules) = (self.basis.inputs(), self.basis.rules());
         if !x.len().is_multiple_of(inputs) {
             let wanted = x.len().next_multiple_of(inputs);
-            return Err(Error::WrongLength { parameter: "x", got: x.len(), wanted });
+            return Err(Error::wrong_length("x", x.len(), wanted));
         }
         let mut work = vec![0.0; self.work];
         let mut xi = vec![0.0; rules];
@@ -141,8 +133,8 @@ impl NormalEquations {
         }
         let gram = nalgebra::DMatrix::from_row_slice(self.rules, self.rules, &self.gram);
         let Some(factor) = gram.cholesky() else {
-            let (parameter, wanted) = ("ridge", "positive definite (add ridge or samples)");
-            return Err(Error::NotPositive { parameter, smallest: 0.0, wanted });
+            let wanted = "positive definite (add ridge or samples)";
+            return Err(Error::not_positive("ridge", 0.0, wanted));
         };
         let rows = self.right.chunks_exact(self.rules);
         Ok(rows

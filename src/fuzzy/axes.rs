@@ -5,13 +5,13 @@
 
 use pulp::Simd;
 
-use super::basis::{MAX_INPUTS, MAX_SETS, length};
+use super::form::{MAX_INPUTS, MAX_SETS};
 use super::kernels::dot_lanes;
 use super::kronecker::Column;
 use super::lattice::Lattice;
 use super::membership::Sets;
 use super::places::Span;
-use crate::error::{Error, Result, within};
+use crate::error::{Result, at_most, length, not_empty, within};
 use crate::math::{LANES, Line};
 
 /// Tables of inputs that are evaluated side by side at the most.
@@ -79,9 +79,7 @@ impl Axes {
     /// than [`MAX_INPUTS`], [`MAX_SETS`].
     pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         at_most("inputs", axes.len(), MAX_INPUTS)?;
-        if axes.is_empty() {
-            return Err(Error::WrongLength { parameter: "inputs", got: 0, wanted: 1 });
-        }
+        not_empty("inputs", axes.len())?;
         let mut new = Self {
             normalized,
             inputs: axes.len(),
@@ -216,9 +214,7 @@ impl Axes {
 
 fn check_axis(axis: &Axis<'_>) -> Result<()> {
     let sets = axis.centers.len();
-    if sets == 0 {
-        return Err(Error::WrongLength { parameter: "centers", got: 0, wanted: 1 });
-    }
+    not_empty("centers", sets)?;
     if axis.widths.len() != 1 {
         length("width", axis.widths.len(), sets)?;
     }
@@ -226,8 +222,4 @@ fn check_axis(axis: &Axis<'_>) -> Result<()> {
     within("centers", axis.centers, reasonable, "centres between -1e9 and 1e9")?;
     let usable = |w: f64| (1e-9..=1e9).contains(&w);
     within("width", axis.widths, usable, "widths > 0, between 1e-9 and 1e9")
-}
-
-fn at_most(parameter: &'static str, got: usize, limit: usize) -> Result<()> {
-    if got > limit { Err(Error::TooMany { parameter, got: Some(got), limit }) } else { Ok(()) }
 }

@@ -9,8 +9,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
-use super::basis::{MAX_INPUTS, length};
-use crate::error::{Result, finite};
+use super::form::MAX_INPUTS;
+use crate::error::{Result, finite, length};
 use crate::math::{LANES, sqrt};
 
 /// Blocks of atoms that are compared side by side.

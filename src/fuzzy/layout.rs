@@ -1,8 +1,8 @@
 //! Sizes of an evaluated basis.
 
-use super::basis::{Form, MAX_RULES, length};
+use super::form::{Form, MAX_RULES};
 use super::places::{Dyad, Dyads, Span};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, length, not_empty};
 use crate::math::LANES;
 
 /// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then padding, and it is soon made.
@@ -40,13 +40,8 @@ impl Layout {
         match form {
             Form::Grid => Self::grid(1, sets, memberships),
             Form::PerJoint { joints } => {
-                if joints == 0 {
-                    return Err(Error::WrongLength { parameter: "joints", got: 0, wanted: 1 });
-                }
-                if !sets.len().is_multiple_of(joints) {
-                    let (got, wanted) = (sets.len(), sets.len().next_multiple_of(joints));
-                    return Err(Error::WrongLength { parameter: "inputs", got, wanted });
-                }
+                not_empty("joints", joints)?;
+                length("inputs", sets.len(), sets.len().next_multiple_of(joints))?;
                 for (input, own) in sets.iter().enumerate() {
                     length("centers", *own, sets[input - input % joints])?;
                 }
@@ -104,7 +99,7 @@ impl Layout {
         let own = || sets.iter().step_by(blocks).copied();
         let rules = own().try_fold(blocks, usize::checked_mul);
         if rules.is_none_or(|rules| rules > MAX_RULES) {
-            return Err(Error::TooMany { parameter: "rules", got: rules, limit: MAX_RULES });
+            return Err(Error::too_many("rules", rules, MAX_RULES));
         }
         let inputs = sets.len() / blocks;
         let (mut leading, mut inner) = (inputs, 1);

@@ -10,7 +10,7 @@ use super::convert::{
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::value_error;
 use crate::control::{Inputs, Signal};
-use crate::error::Error;
+use crate::error::Problem;
 use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -65,12 +65,13 @@ impl PyFuzzyBasis {
             _ => Form::PerJoint { joints },
         };
         let axes = self.axes(inputs)?;
-        FuzzyBasis::new(form, self.normalized, &axes).map_err(|error| match error {
-            Error::TooMany { parameter: "rules", .. } if form == Form::Grid => {
+        FuzzyBasis::new(form, self.normalized, &axes).map_err(|error| {
+            let too_many = matches!(error.problem(), Problem::TooMany { .. });
+            if form == Form::Grid && too_many && error.parameter() == "rules" {
                 let way = "use dictionary=256, the kernel form of FuzzyCompensator";
-                PyValueError::new_err(format!("{error}; {way}"))
+                return PyValueError::new_err(format!("{error}; {way}"));
             }
-            other => value_error(other),
+            value_error(error)
         })
     }
 

@@ -260,30 +260,7 @@ pub(super) fn wrong_type(name: &str, value: &Bound<'_, PyAny>, wanted: &str) -> 
 
 /// The core's error, its parameter under another name.
 pub(super) fn renamed(error: Error, name: impl Fn(&'static str) -> &'static str) -> Error {
-    match error {
-        Error::NotFinite { parameter, index, got } => {
-            Error::NotFinite { parameter: name(parameter), index, got }
-        }
-        Error::OutOfRange { parameter, index, got, wanted } => {
-            Error::OutOfRange { parameter: name(parameter), index, got, wanted }
-        }
-        Error::NotSymmetric { parameter, row, column, difference } => {
-            Error::NotSymmetric { parameter: name(parameter), row, column, difference }
-        }
-        Error::NotPositive { parameter, smallest, wanted } => {
-            Error::NotPositive { parameter: name(parameter), smallest, wanted }
-        }
-        Error::NotHurwitz { parameter, max_real } => {
-            Error::NotHurwitz { parameter: name(parameter), max_real }
-        }
-        Error::NotStabilizable { parameter } => {
-            Error::NotStabilizable { parameter: name(parameter) }
-        }
-        Error::ModeOnAxis { parameter, frequency } => {
-            Error::ModeOnAxis { parameter: name(parameter), frequency }
-        }
-        other => other,
-    }
+    error.named(name(error.parameter()))
 }
 
 /// "name: got shape …, wants …".

@@ -5,13 +5,13 @@ use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of};
 use super::convert::{
-    Array1, Array2, count, matrix, numbers, owned2, scalar, scalar_or, wrong_shape,
+    Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::per_joint::{PerJoint, common_joints};
 use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
-use crate::error::{Error, non_negative, within};
+use crate::error::{non_negative, within};
 use crate::fuzzy::FuzzyApproximator;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
@@ -117,14 +117,14 @@ pub(super) struct PyFuzzyCompensator {
     /// Twice as many values.
     q: PerJoint,
     gamma: f64,
-    law: Law,
+    modifications: Modifications,
     /// Of the kernel form; `None`: every rule has its weight.
     pub kernel: Option<KernelParameters>,
 }
 
-/// What of the law is the same for all joints.
+/// The robust modifications, which are the same for all joints.
 #[derive(Clone, Copy)]
-struct Law {
+struct Modifications {
     leak_rate: f64,
     error_modification: f64,
     projection_radius: f64,
@@ -135,8 +135,13 @@ struct Law {
 impl PyFuzzyCompensator {
     /// The core's parameters for `N` joints.
     pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
-        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
-            self.law;
+        let Modifications {
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        } = self.modifications;
         let adaptation = Adaptation {
             gain: self.gain.each("gain")?,
             leak_rate,
@@ -206,7 +211,7 @@ impl PyFuzzyCompensator {
         let joints = common_joints(basis.joints, [("gain", gain.len())])?;
         let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
         let joints = joints.or(q.len().map(|entries| entries / 2));
-        let law = Law {
+        let modifications = Modifications {
             leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
             error_modification: scalar_or(error_modification, 0.0, "error_modification")?,
             projection_radius: scalar_or(projection_radius, f64::INFINITY, "projection_radius")?,
@@ -215,7 +220,7 @@ impl PyFuzzyCompensator {
         };
         let gamma = scalar_or(gamma, 1.0, "gamma")?;
         let kernel = kernel_parameters(&basis, dictionary, merge_tolerance)?;
-        let this = Self { basis, joints, gain, q, gamma, law, kernel };
+        let this = Self { basis, joints, gain, q, gamma, modifications, kernel };
         for_joints!(this.joints_or_default(), check(&this))?;
         match (this.joints, kernel) {
             (Some(joints), None) => this.basis.for_arm(joints).map(drop)?,
@@ -264,8 +269,13 @@ impl PyFuzzyCompensator {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let py = slf.py();
         let this = slf.get();
-        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
-            this.law;
+        let Modifications {
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        } = this.modifications;
         // With the joints known, by the basis or by the gain.
         let gain = match this.joints {
             Some(joints) => PerJoint::Each(this.gain.values(joints)),
@@ -315,12 +325,8 @@ fn kernel_parameters(
     if let Some(given) = merge_tolerance {
         kernel.merge_tolerance = scalar(given, "merge_tolerance")?;
     }
-    kernel.validate().map_err(|error| match error {
-        Error::TooMany { got, limit, .. } => {
-            value_error(Error::TooMany { parameter: "dictionary", got, limit })
-        }
-        other => value_error(other),
-    })?;
+    let argument = |parameter| if parameter == "capacity" { "dictionary" } else { parameter };
+    kernel.validate().map_err(|error| value_error(renamed(error, argument)))?;
     if !basis.is_grid() {
         let message = format!(
             "dictionary: got {capacity} for {}, wants form=\"grid\": no other has a kernel form",

@@ -27,7 +27,7 @@ mod tracker;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::error::Error;
+use crate::error::{Error, Problem};
 use crate::robot::ReadError;
 
 pyo3::create_exception!(
@@ -54,7 +54,7 @@ const _: () = {
 
 /// The core's error as a Python exception.
 fn value_error(error: Error) -> PyErr {
-    let Error::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error else {
+    let Problem::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error.problem() else {
         return PyValueError::new_err(error.to_string());
     };
     Python::attach(|py| {

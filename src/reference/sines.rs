@@ -1,7 +1,7 @@
 //! Sums of sines: `q_d(t) = o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)`, the paper's reference and its disturbance (section 4).
 
 use super::{Reference, Setpoint};
-use crate::error::{Error, Result, finite};
+use crate::error::{Result, finite};
 use crate::math::{Vector, sin_cos};
 
 /// One frequency of a [`Sines`], with its amplitudes in every joint.
@@ -81,8 +81,5 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Reference<N> for Sines<N, T> {
 }
 
 fn entry(parameter: &'static str, index: usize, got: f64) -> Result<()> {
-    if got.is_finite() {
-        return Ok(());
-    }
-    Err(Error::NotFinite { parameter, index: Some(index), got })
+    finite(parameter, &[got]).map_err(|error| error.at(index))
 }

@@ -8,7 +8,7 @@
 //! where r, r' h⁻¹, r'' h⁻² are what the parabola q + q̇ x + q̈ x²/2 misses at the next sample in value and derivatives.
 
 use super::{Reference, Setpoint};
-use crate::error::{Error, Result, finite, within};
+use crate::error::{Error, Result, finite, length, within};
 use crate::math::Vector;
 
 const TOO_CLOSE: &str = "a step whose velocity and acceleration are finite";
@@ -172,24 +172,19 @@ fn check_times(t: &[f64]) -> Result<()> {
     within("t", &[t.len() as f64], |samples| samples >= 2.0, "at least 2 samples")?;
     match t.windows(2).position(|pair| pair[1] <= pair[0]) {
         None => Ok(()),
-        Some(k) => Err(Error::OutOfRange {
-            parameter: "t",
-            index: Some(k + 1),
-            got: t[k + 1],
-            wanted: "a later time than the one before",
-        }),
+        Some(k) => {
+            let wanted = "a later time than the one before";
+            Err(Error::out_of_range("t", t[k + 1], wanted).at(k + 1))
+        }
     }
 }
 
 fn check_rows<const N: usize>(parameter: &'static str, data: &[f64], samples: usize) -> Result<()> {
-    let limit = usize::MAX;
-    let wanted = samples.checked_mul(N).ok_or(Error::TooMany { parameter, got: None, limit })?;
-    if data.len() != wanted {
-        return Err(Error::WrongLength { parameter, got: data.len(), wanted });
-    }
+    let too_many = Error::too_many(parameter, None, usize::MAX);
+    length(parameter, data.len(), samples.checked_mul(N).ok_or(too_many)?)?;
     finite(parameter, data)
 }
 
 fn too_close(t: &[f64], index: usize) -> Error {
-    Error::OutOfRange { parameter: "t", index: Some(index), got: t[index], wanted: TOO_CLOSE }
+    Error::out_of_range("t", t[index], TOO_CLOSE).at(index)
 }

@@ -4,19 +4,19 @@ use nalgebra::{DefaultAllocator, Dim};
 
 use super::certificate::{Certified, Wanted, certify, check_symmetric, definiteness};
 use super::doubling::solve;
-use super::joint::scale;
+use super::gamma::{check_gamma, scale};
 use super::kernels::{Modes, Room, Square, Tall};
 use super::peak::{Limit, peak};
 use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum};
-use crate::error::{Error, Result, finite, within};
+use crate::error::{Error, Result, finite};
 
 /// γ this close above γ_opt, relative, cannot be told from it.
 const INDISTINCT: f64 = 1e-9;
 /// γ above γ_opt by this factor is believed to have a solution because the search has found no
 /// frequency with a larger gain.
 const SEARCHED: f64 = 1.001;
-const UNSOLVED: Error = Error::NoConvergence { computing: "riccati solution" };
+const UNSOLVED: Error = Error::no_convergence("riccati solution");
 
 /// See [`super::bounded_real`].
 pub(super) fn bounded_real<S: Dim, M: Dim>(
@@ -38,7 +38,7 @@ where
     let Limit { gamma_opt, proven } = peak(a, b, &q, &modes)?;
     if gamma <= gamma_opt * (1.0 + INDISTINCT) {
         let max_scale = scale(gamma, gamma_opt);
-        return Err(Error::NoStabilizingSolution { gamma, gamma_opt, max_scale });
+        return Err(Error::no_stabilizing_solution(gamma, gamma_opt, max_scale));
     }
     // Rounding hid the proof, near the limit or because P is large; the search for the peak
     // supplies it.
@@ -54,13 +54,6 @@ where
 {
     let Plant { q, modes } = Plant::check(a, b, q)?;
     Ok(peak(a, b, &q, &modes)?.gamma_opt)
-}
-
-pub(super) fn check_gamma(gamma: f64) -> Result<()> {
-    if gamma == f64::INFINITY {
-        return Ok(());
-    }
-    within("gamma", &[gamma], |x| x > 0.0, "a number > 0, or infinity")
 }
 
 /// What the checks of A, B and Q leave: Q made exactly symmetric, and the eigenvalues of A.
@@ -84,15 +77,10 @@ where
         let q = check_symmetric("q", q)?;
         let smallest = definiteness(&q)?;
         if smallest < 0.0 {
-            let wanted = "positive semidefinite";
-            return Err(Error::NotPositive { parameter: "q", smallest, wanted });
+            return Err(Error::not_positive("q", smallest, "positive semidefinite"));
         }
         let modes = spectrum(a)?;
         let max_real = largest_real(modes.as_slice());
-        if max_real < 0.0 {
-            Ok(Self { q, modes })
-        } else {
-            Err(Error::NotHurwitz { parameter: "a", max_real })
-        }
+        if max_real < 0.0 { Ok(Self { q, modes }) } else { Err(Error::not_hurwitz("a", max_real)) }
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn certify<S: Dim, M: Dim>(
 where
     DefaultAllocator: Room<S, M> + Room<S, S>,
 {
-    let refused = Error::NoConvergence { computing: "riccati solution" };
+    let refused = Error::no_convergence("riccati solution");
     let plain = scaled.unbalance(balanced);
     let p = &plain * scaled.size;
     if p.iter().any(|x| !x.is_finite()) {
@@ -114,7 +114,7 @@ where
         }
     }
     if difference.abs() > SYMMETRY * q.amax() {
-        return Err(Error::NotSymmetric { parameter, row, column, difference });
+        return Err(Error::not_symmetric(parameter, (row, column), difference));
     }
     Ok(super::kernels::symmetric(q.clone()))
 }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, Dyn};
 
 use super::certificate::Certified;
 use super::{attenuation, regulator};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, at_most, not_empty};
 
 /// Most states, and most inputs.
 pub const MOST_STATES: usize = 512;
@@ -72,18 +72,12 @@ pub fn care(
 
 fn check_sizes(a: &DMatrix<f64>, b: &DMatrix<f64>, q: &DMatrix<f64>) -> Result<()> {
     let states = a.nrows();
-    if states == 0 {
-        return Err(Error::WrongLength { parameter: "a", got: 0, wanted: 1 });
-    }
+    not_empty("a", states)?;
     check_shape("a", a, states, states)?;
     check_shape("q", q, states, states)?;
     check_shape("b", b, states, b.ncols().max(1))?;
-    for (parameter, got) in [("a", states), ("b", b.ncols())] {
-        if got > MOST_STATES {
-            return Err(Error::TooMany { parameter, got: Some(got), limit: MOST_STATES });
-        }
-    }
-    Ok(())
+    at_most("a", states, MOST_STATES)?;
+    at_most("b", b.ncols(), MOST_STATES)
 }
 
 fn check_shape(
@@ -95,5 +89,5 @@ fn check_shape(
     if m.shape() == (rows, columns) {
         return Ok(());
     }
-    Err(Error::WrongLength { parameter, got: m.len(), wanted: rows * columns })
+    Err(Error::wrong_length(parameter, m.len(), rows * columns))
 }

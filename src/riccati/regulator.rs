@@ -51,7 +51,7 @@ where
     let r = check_symmetric("r", r)?;
     let Some(factor) = Cholesky::new(r.clone()) else {
         let smallest = smallest(&r)?;
-        return Err(Error::NotPositive { parameter: "r", smallest, wanted: "positive definite" });
+        return Err(Error::not_positive("r", smallest, "positive definite"));
     };
     // B R⁻¹ Bᵀ = (L⁻¹Bᵀ)ᵀ (L⁻¹Bᵀ)
     let mut half = b.transpose();
@@ -105,7 +105,7 @@ where
     let values = values.as_slice().as_flattened();
     let largest = values.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
     let refusal = on_axis(values, AXIS * largest, scaled.time);
-    Ok(refusal.unwrap_or(Error::NoConvergence { computing: "riccati solution" }))
+    Ok(refusal.unwrap_or(Error::no_convergence("riccati solution")))
 }
 
 /// The refusal for a mode of A that B does not reach, right of the axis or nearly, or that a Q ≥ 0
@@ -121,7 +121,7 @@ where
     let Problem { a, f, q, .. } = &scaled.balanced;
     let distance = distance.min(HURWITZ * a.norm());
     if unreached(a, f, largest_real)? >= -distance {
-        return Ok(Some(Error::NotStabilizable { parameter: "b" }));
+        return Ok(Some(Error::not_stabilizable("b")));
     }
     if !semidefinite {
         return Ok(None);
@@ -133,5 +133,5 @@ where
 fn on_axis(values: &[Complex], distance: f64, time: f64) -> Option<Error> {
     let nearest = values.iter().min_by(|x, y| x.re.abs().total_cmp(&y.re.abs()))?;
     let frequency = nearest.im.abs() * time;
-    (nearest.re.abs() <= distance).then_some(Error::ModeOnAxis { parameter: "q", frequency })
+    (nearest.re.abs() <= distance).then_some(Error::mode_on_axis("q", frequency))
 }

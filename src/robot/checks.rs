@@ -6,26 +6,26 @@ use std::collections::BTreeSet;
 use super::error::quoted;
 use super::{Description, ReadError};
 use crate::arm::{Flaw, Inertia, SYMMETRIC, Unphysical};
-use crate::error::{Error, finite};
+use crate::error::{Error, Problem, finite};
 
 /// What is wrong, and at which joint.
-pub(super) struct Problem {
+pub(super) struct Refusal {
     pub joint: Option<usize>,
     /// Whether the mass distribution is one that no body has.
     pub of_body: bool,
     pub message: String,
 }
 
-impl From<Problem> for ReadError {
-    fn from(problem: Problem) -> Self {
-        Self::new(problem.message)
+impl From<Refusal> for ReadError {
+    fn from(refusal: Refusal) -> Self {
+        Self::new(refusal.message)
     }
 }
 
 /// Takes the links as the description's `unphysical` has it, and says in `notes` what no body is; refuses what no arm can
 /// have.
-pub(super) fn take(description: &mut Description) -> Result<(), Problem> {
-    let of_arm = |message| Problem { joint: None, of_body: false, message };
+pub(super) fn take(description: &mut Description) -> Result<(), Refusal> {
+    let of_arm = |message| Refusal { joint: None, of_body: false, message };
     if description.joints.is_empty() {
         return Err(of_arm("joints: got none, wants at least one that moves".to_owned()));
     }
@@ -37,7 +37,7 @@ pub(super) fn take(description: &mut Description) -> Result<(), Problem> {
     let mut names = BTreeSet::new();
     let mut said: BTreeSet<String> = description.notes.iter().cloned().collect();
     for (index, joint) in description.joints.iter_mut().enumerate() {
-        let of_joint = |of_body, message: String| Problem {
+        let of_joint = |of_body, message: String| Refusal {
             joint: Some(index),
             of_body,
             message: format!("joint {}, {message}", quoted(&joint.name)),
@@ -133,10 +133,9 @@ fn figures(values: &[f64; 3]) -> String {
 
 /// The arm's complaint about a mass distribution that no body has, if that is what it is.
 fn of_body(error: Error, inertia: &Inertia) -> Option<String> {
-    match error {
-        Error::OutOfRange { parameter: "inertia.moments" | "inertia.mass", wanted, .. }
-            if wanted != SYMMETRIC =>
-        {
+    let of_body = matches!(error.parameter(), "inertia.moments" | "inertia.mass");
+    match error.problem() {
+        Problem::OutOfRange { wanted, .. } if of_body && wanted != SYMMETRIC => {
             body_problem(inertia)
         }
         _ => None,
@@ -145,31 +144,19 @@ fn of_body(error: Error, inertia: &Inertia) -> Option<String> {
 
 /// The arm's complaint without the joint's number, in the names of a description.
 fn words(error: Error) -> String {
-    let name = |parameter: &'static str| parameter.strip_prefix("inertia.").unwrap_or(parameter);
-    let error = match error {
-        Error::NotFinite { parameter, got, .. } => {
-            Error::NotFinite { parameter: name(parameter), index: None, got }
-        }
-        Error::OutOfRange { got, wanted: SYMMETRIC, .. } => {
-            return format!(
-                "moments: got a matrix that is not symmetric, by {got:.1e}, wants a symmetric one"
-            );
-        }
-        Error::OutOfRange { parameter, got, wanted, .. } => {
-            Error::OutOfRange { parameter: name(parameter), index: None, got, wanted }
-        }
-        other => other,
-    };
-    error.to_string()
+    if let Problem::OutOfRange { got, wanted: SYMMETRIC } = error.problem() {
+        return format!(
+            "moments: got a matrix that is not symmetric, by {got:.1e}, wants a symmetric one"
+        );
+    }
+    let parameter = error.parameter();
+    let name = parameter.strip_prefix("inertia.").unwrap_or(parameter);
+    error.named(name).at(None).to_string()
 }
 
 /// The complaint of the whole arm, with the joint by its name.
 pub(super) fn of_arm(description: &Description, error: Error) -> String {
-    let index = match error {
-        Error::NotFinite { parameter: "gravity", .. } => None,
-        Error::NotFinite { index, .. } | Error::OutOfRange { index, .. } => index,
-        _ => None,
-    };
+    let index = error.index().filter(|_| error.parameter() != "gravity");
     let Some(joint) = index.and_then(|index| description.joints.get(index)) else {
         return error.to_string();
     };

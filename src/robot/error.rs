@@ -1,6 +1,7 @@
 //! Why a description was refused: where it stands, what it says, what would be accepted.
 
 use std::fmt;
+use std::path::Path;
 
 /// Longest piece of a file that a message repeats, in characters.
 const LONGEST_QUOTE: usize = 60;
@@ -24,7 +25,17 @@ impl ReadError {
 
     /// In the line of `text` that holds the byte `at`.
     pub(super) fn at(text: &str, at: usize, message: impl Into<String>) -> Self {
-        Self { line: Some(line_of(text, at)), ..Self::new(message) }
+        Self::new(message).on_line(line_of(text, at))
+    }
+
+    /// The same, on this line, counted from 1.
+    pub(super) fn on_line(self, line: usize) -> Self {
+        Self { line: Some(line), ..self }
+    }
+
+    /// The same, in this file.
+    pub(super) fn in_file(self, path: &Path) -> Self {
+        Self { file: Some(path.display().to_string()), ..self }
     }
 }
 

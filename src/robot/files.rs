@@ -25,11 +25,11 @@ fn too_large(bytes: u64) -> ReadError {
 
 /// The text of a file in UTF-8, whose size is looked at before it is read.
 pub(super) fn read(path: &Path) -> Result<String, ReadError> {
-    let bytes = bytes(path).map_err(|error| named(path, error))?;
+    let bytes = bytes(path).map_err(|error| error.in_file(path))?;
     String::from_utf8(bytes).map_err(|error| {
         let line = line_of_other(error.as_bytes(), &error.utf8_error());
         let message = "got bytes that are not UTF-8, wants text in UTF-8";
-        named(path, ReadError { line: Some(line), ..ReadError::new(message) })
+        ReadError::new(message).on_line(line).in_file(path)
     })
 }
 
@@ -37,14 +37,15 @@ pub(super) fn read(path: &Path) -> Result<String, ReadError> {
 /// characters (`<`, `"`, `=`) are the same bytes in both, and in the encodings that are mistaken
 /// for them. A note says so, unless the file does.
 pub(super) fn read_any(path: &Path) -> Result<(String, Option<String>), ReadError> {
-    let bytes = bytes(path).map_err(|error| named(path, error))?;
+    let bytes = bytes(path).map_err(|error| error.in_file(path))?;
     let error = match String::from_utf8(bytes) {
         Ok(text) => return Ok((text, None)),
         Err(error) => error,
     };
     let bytes = error.as_bytes();
     if bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]) {
-        return Err(named(path, ReadError::new("got text in UTF-16, wants UTF-8 or Latin-1")));
+        let message = "got text in UTF-16, wants UTF-8 or Latin-1";
+        return Err(ReadError::new(message).in_file(path));
     }
     let text: String = bytes.iter().copied().map(char::from).collect();
     let head = text.get(..text.find("?>").unwrap_or(0)).unwrap_or_default().to_lowercase();
@@ -58,11 +59,6 @@ pub(super) fn read_any(path: &Path) -> Result<(String, Option<String>), ReadErro
 fn line_of_other(bytes: &[u8], error: &core::str::Utf8Error) -> usize {
     let before = bytes.iter().take(error.valid_up_to());
     1 + before.filter(|&&byte| byte == b'\n').count()
-}
-
-/// The error, with the file's name.
-pub(super) fn named(path: &Path, error: ReadError) -> ReadError {
-    ReadError { file: Some(path.display().to_string()), ..error }
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, ReadError> {

@@ -74,7 +74,7 @@ impl Description {
     ) -> Result<Self, ReadError> {
         let path = path.as_ref();
         let text = files::read(path)?;
-        read(&text).map_err(|error| files::named(path, error))
+        read(&text).map_err(|error| error.in_file(path))
     }
 
     /// The links as an array, for an arm of `N` joints.

@@ -1,6 +1,6 @@
 //! How good a run was: figures over a window of time.
 
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, length};
 use crate::math::sqrt;
 
 /// Figures of one joint over a window.
@@ -44,19 +44,12 @@ pub fn metrics<const N: usize>(
     tau: &[[f64; N]],
     window: Window,
 ) -> Result<Metrics> {
-    if e.len() != t.len() {
-        return Err(Error::WrongLength { parameter: "e", got: e.len(), wanted: t.len() });
-    }
+    length("e", e.len(), t.len())?;
     let first = t.partition_point(|&x| x < window.from);
     let last = t.partition_point(|&x| x <= window.to);
     if first >= last {
         let wanted = "a window (from, to) with at least one recorded time";
-        return Err(Error::OutOfRange {
-            parameter: "window",
-            index: None,
-            got: window.from,
-            wanted,
-        });
+        return Err(Error::out_of_range("window", window.from, wanted));
     }
     let mut figures = Metrics::default();
     let mut outside = None;

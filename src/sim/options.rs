@@ -93,12 +93,7 @@ impl<const N: usize> Options<N> {
         finite("dq0", &self.dq0)?;
         if self.record_every == 0 {
             let wanted = "a whole number >= 1";
-            return Err(Error::OutOfRange {
-                parameter: "record_every",
-                index: None,
-                got: 0.0,
-                wanted,
-            });
+            return Err(Error::out_of_range("record_every", 0.0, wanted));
         }
         if let Method::Dp54(Tolerance { rtol, atol }) = self.method {
             within("rtol", &[rtol], |x| (1e-14..=1e-1).contains(&x), "between 1e-14 and 0.1")?;
@@ -125,11 +120,11 @@ impl<const N: usize> Options<N> {
         let whole = libm::round(ratio);
         if ratio > MAX_STEPS {
             let limit = MAX_STEPS as usize;
-            return Err(Error::TooMany { parameter: ratio_name, got: Some(whole as usize), limit });
+            return Err(Error::too_many(ratio_name, Some(whole as usize), limit));
         }
         if whole < 1.0 || (ratio - whole).abs() > WHOLE_TOL {
             let wanted = "a whole number of dt";
-            return Err(Error::OutOfRange { parameter, index: None, got: time, wanted });
+            return Err(Error::out_of_range(parameter, time, wanted));
         }
         Ok(whole as usize)
     }

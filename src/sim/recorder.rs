@@ -36,7 +36,7 @@ impl<const N: usize> Recorder<N> {
         let every = options.record_every;
         let (rows, row_bytes) = (steps.div_ceil(every) + 1, options.record.row_bytes(N));
         let limit = MAX_RECORD_BYTES;
-        let too_large = Error::RecordTooLarge { every, rows, row_bytes, limit };
+        let too_large = Error::record_too_large(every, (rows, row_bytes), limit);
         if rows as u64 > limit / row_bytes as u64 {
             return Err(too_large);
         }

@@ -61,10 +61,6 @@ where
 
 fn check_unlimited_rate(limit: &[f64]) -> Result<()> {
     let Some(index) = limit.iter().position(|limit| limit.is_finite()) else { return Ok(()) };
-    Err(Error::OutOfRange {
-        parameter: "effort_rate_limit",
-        index: Some(index),
-        got: limit[index],
-        wanted: "no rate limit in continuous time; set control_period",
-    })
+    let wanted = "no rate limit in continuous time; set control_period";
+    Err(Error::out_of_range("effort_rate_limit", limit[index], wanted).at(index))
 }

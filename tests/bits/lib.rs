@@ -1,5 +1,8 @@
 //! See `run.sh`.
 
 #[cfg(test)]
-#[path = "../determinism.rs"]
+#[path = "../common/mod.rs"]
+mod common;
+#[cfg(test)]
+#[path = "../std/determinism.rs"]
 mod determinism;

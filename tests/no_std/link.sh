@@ -19,7 +19,7 @@ if nm -u "$build/main" | grep -E ' (malloc|calloc|realloc|free|__rust_alloc)'; t
 fi
 
 with=$(CARGO_TARGET_DIR=$target cargo test --quiet --manifest-path "$here/../../Cargo.toml" \
-    --test no_std_twin -- --nocapture | grep '^torque')
+    --test std_tests no_std_twin -- --nocapture | grep '^torque')
 echo "with std:    $with"
 
 if [ "${without##* }" != "${with##* }" ]; then

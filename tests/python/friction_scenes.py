@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import steadyarm as sa
 
-FILES = Path(__file__).parents[1] / "robot" / "files"
+FILES = Path(__file__).parents[1] / "std" / "robot" / "files"
 ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 
 SHARES = (0.01, 0.03, 0.10)

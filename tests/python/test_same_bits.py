@@ -16,7 +16,7 @@ import pytest
 import steadyarm as sa
 from scenes import ZERO, actual, drive, nominal, plant, run, samples, tracker
 
-RUST_TESTS = Path(__file__).parents[1] / "determinism.rs"
+RUST_TESTS = Path(__file__).parents[1] / "std" / "determinism.rs"
 """The golden hashes stand there, once for both languages."""
 
 ARRAYS = ("t", "q", "dq", "e", "tau", "rho", "rho_hat", "weights", "weights_norm", "V")

@@ -1,10 +1,10 @@
 //! Arms from an arm: with other friction, rotors, stops, gravity or inertial parameters, or with a payload.
 
 use super::inertia::PER_LINK;
-use super::validate::InertiaNames;
+use super::place::InertiaNames;
 use super::{Inertia, JointStop, Pose, Serial, SerialParameters, Unphysical, joint};
 use crate::arm::JointFriction;
-use crate::error::{Error, Result, finite};
+use crate::error::{Result, finite, length};
 
 const PAYLOAD: InertiaNames =
     InertiaNames { mass: "payload.mass", com: "payload.com", moments: "payload.moments" };
@@ -60,10 +60,7 @@ impl<const N: usize> Serial<N> {
     /// # Errors
     /// `WrongLength` or `NotFinite`, naming `parameters`; as [`Serial::new_with`] for links that no body is.
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self> {
-        let (got, wanted) = (parameters.len(), PER_LINK * N);
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "parameters", got, wanted });
-        }
+        length("parameters", parameters.len(), PER_LINK * N)?;
         finite("parameters", parameters)?;
         let (of_links, _) = parameters.as_chunks::<PER_LINK>();
         let mut parameters = self.parameters;

@@ -10,7 +10,7 @@ use super::Serial;
 use super::inertia::PER_LINK;
 use super::inverse::Spread;
 use super::space::V3;
-use crate::error::{Error, Result};
+use crate::error::{Result, length};
 use crate::math::Vector;
 
 /// Motion of a link in the axes that its user gave it.
@@ -56,10 +56,7 @@ impl<const N: usize> Serial<N> {
         ddq: &Vector<N>,
         out: &mut [f64],
     ) -> Result<()> {
-        let (got, wanted) = (out.len(), PER_LINK * N * N);
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "out", got, wanted });
-        }
+        length("out", out.len(), PER_LINK * N * N)?;
         let chain = &self.chain;
         let turns = chain.turns(q);
         let motions = self.motions(&turns, dq, ddq);
@@ -91,10 +88,7 @@ impl<const N: usize> Serial<N> {
     /// # Errors
     /// `WrongLength` if `out` has another length than 10 `N`.
     pub fn inertial_parameters(&self, out: &mut [f64]) -> Result<()> {
-        let (got, wanted) = (out.len(), PER_LINK * N);
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "out", got, wanted });
-        }
+        length("out", out.len(), PER_LINK * N)?;
         for (cell, link) in out.chunks_exact_mut(PER_LINK).zip(&self.parameters.links) {
             cell.copy_from_slice(&link.inertia.parameters());
         }

@@ -11,7 +11,7 @@ pub use state::FuzzyState;
 use super::memory::{Buffer, Memory};
 use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
 use super::{Gains, MAX_STAGES};
-use crate::error::{Error, Result, within};
+use crate::error::{Result, length, within};
 use crate::fuzzy::kernels::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::riccati::JointSolution;
@@ -42,22 +42,17 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// A compensator for these feedback gains; solves (19) for P.
     ///
     /// # Errors
-    /// `inputs`: the basis has another number of inputs, or of joints. `gain`, `leak_rate`, …: see [`Adaptation`](super::Adaptation).
-    /// `q`, `gamma`: out of range, or [`Error::NoStabilizingSolution`] where (19) has none.
+    /// `inputs`: the basis has another number of inputs, or of joints. `gain`, `leak_rate`, …: see
+    /// [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
+    /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
         basis: FuzzyBasis,
         gains: &Gains<N>,
         parameters: FuzzyParameters<N>,
     ) -> Result<Self> {
-        let wanted = parameters.inputs.len(N);
-        if basis.inputs() != wanted {
-            let got = basis.inputs();
-            return Err(Error::WrongLength { parameter: "inputs", got, wanted });
-        }
-        if let Form::PerJoint { joints } = basis.form()
-            && joints != N
-        {
-            return Err(Error::WrongLength { parameter: "joints", got: joints, wanted: N });
+        length("inputs", basis.inputs(), parameters.inputs.len(N))?;
+        if let Form::PerJoint { joints } = basis.form() {
+            length("joints", joints, N)?;
         }
         let update = Update::new(gains, parameters)?;
         let places = Places::new(&basis, N, parameters.adaptation.pulls());
@@ -199,11 +194,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     fn check_length(&self, weights: &[f64]) -> Result<()> {
-        let (got, wanted) = (weights.len(), self.weights_len());
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "weights", got, wanted });
-        }
-        Ok(())
+        length("weights", weights.len(), self.weights_len())
     }
 
     /// Length of a padded weight matrix.

@@ -29,7 +29,7 @@ pub use state::KernelState;
 use super::memory::{Buffer, Memory};
 use super::update::Update;
 use super::{FuzzyParameters, Gains, MAX_STAGES};
-use crate::error::{Error, Result, within};
+use crate::error::{Result, at_most, length, not_empty, within};
 use crate::fuzzy::KernelBasis;
 use crate::math::LANES;
 use crate::riccati::JointSolution;
@@ -61,13 +61,8 @@ impl KernelParameters {
     /// `capacity`: 0, or more than 4096. `merge_tolerance`: not in [0, 1).
     pub fn validate(&self) -> Result<()> {
         let Self { capacity, merge_tolerance } = *self;
-        if capacity == 0 {
-            return Err(Error::WrongLength { parameter: "capacity", got: 0, wanted: 1 });
-        }
-        if capacity > MAX_CAPACITY {
-            let (got, limit) = (Some(capacity), MAX_CAPACITY);
-            return Err(Error::TooMany { parameter: "capacity", got, limit });
-        }
+        not_empty("capacity", capacity)?;
+        at_most("capacity", capacity, MAX_CAPACITY)?;
         let part = |tolerance: f64| (0.0..1.0).contains(&tolerance);
         within("merge_tolerance", &[merge_tolerance], part, "a part of the norm, 0 <= part < 1")
     }
@@ -112,17 +107,14 @@ impl<const N: usize> KernelCompensator<N> {
     /// # Errors
     /// `inputs`: the basis has another number of inputs. `capacity`: 0, or more than 4096. `merge_tolerance`: not in
     /// [0, 1). `gain`, `leak_rate`, …: see [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
-    /// [`Error::NoStabilizingSolution`] where (19) has none.
+    /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
         basis: KernelBasis,
         gains: &Gains<N>,
         parameters: FuzzyParameters<N>,
         kernel: KernelParameters,
     ) -> Result<Self> {
-        let (got, wanted) = (basis.inputs(), parameters.inputs.len(N));
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "inputs", got, wanted });
-        }
+        length("inputs", basis.inputs(), parameters.inputs.len(N))?;
         kernel.validate()?;
         let update = Update::new(gains, parameters)?;
         let places = Places::new(&basis, N, kernel.capacity);
@@ -179,10 +171,7 @@ impl<const N: usize> KernelCompensator<N> {
         atom: usize,
         memberships: &mut [f64],
     ) -> Result<Option<crate::math::Vector<N>>> {
-        let (got, wanted) = (memberships.len(), self.basis.sets());
-        if got != wanted {
-            return Err(Error::WrongLength { parameter: "memberships", got, wanted });
-        }
+        length("memberships", memberships.len(), self.basis.sets())?;
         if atom >= state.atoms {
             return Ok(None);
         }

@@ -3,11 +3,11 @@
 use super::dictionary::SMALLEST_SIZE;
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::State;
-use crate::control::saved::{FROZEN, Header, KERNEL, Reader, header, sealed, wanted};
-use crate::error::{Error, Result};
+use crate::control::saved::{FROZEN, Header, KERNEL, Reader, header, sealed};
+use crate::error::{Error, Result, length};
 use crate::math::Vector;
 
-const IMPOSSIBLE: Error = Error::Damaged { problem: "its dictionary is not a possible one" };
+const IMPOSSIBLE: Error = Error::damaged("its dictionary is not a possible one");
 
 /// The numbers of a saved dictionary.
 struct Saved<const N: usize> {
@@ -45,7 +45,7 @@ impl<const N: usize> KernelCompensator<N> {
     /// Restores what [`save`](Self::save) wrote, bit for bit.
     ///
     /// # Errors
-    /// [`Error::Damaged`] for bytes that were cut, changed, or written by another version or kind of controller; `joints`,
+    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another version or kind of controller; `joints`,
     /// `sets`, `capacity`: the state of another controller. The state is then as before.
     pub fn restore(
         &self,
@@ -67,7 +67,7 @@ impl<const N: usize> KernelCompensator<N> {
 
     /// Everything after the header, checked.
     fn read(&self, reader: &mut Reader<'_>) -> Result<Saved<N>> {
-        wanted("capacity", reader.count()? as usize, self.kernel.capacity)?;
+        length("capacity", reader.count()? as usize, self.kernel.capacity)?;
         let count = reader.count()?;
         if count > self.kernel.capacity as u64 {
             return Err(IMPOSSIBLE);

@@ -5,6 +5,7 @@
 mod chain;
 mod elements;
 mod joint;
+mod layout;
 mod lenient;
 mod link;
 mod names;
@@ -115,7 +116,7 @@ impl Description {
         let path = path.as_ref();
         let (text, note) = files::read_any(path)?;
         let read = Self::from_urdf_with(&text, options);
-        let mut description = read.map_err(|error| files::named(path, error))?;
+        let mut description = read.map_err(|error| error.in_file(path))?;
         description.notes.extend(note);
         Ok(description)
     }
@@ -142,6 +143,6 @@ fn not_xml(text: &str, error: &roxmltree::Error) -> ReadError {
             scan::MOST_NODES
         )),
         UnclosedRootNode => ReadError::at(text, text.len(), message),
-        _ => ReadError { line: Some(error.pos().row as usize), ..ReadError::new(message) },
+        _ => ReadError::new(message).on_line(error.pos().row as usize),
     }
 }

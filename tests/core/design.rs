@@ -1,0 +1,185 @@
+//! The linear model: its poles, its gain against a simulation, and the sampling limits.
+
+use steadyarm::design::{LinearModel, MAX_DELAY};
+use steadyarm::riccati::joint;
+use steadyarm::{Error, Problem};
+
+/// The paper's joint with the right inertia.
+fn model(k_i: f64) -> LinearModel {
+    let p = joint(8.0, 5.5, 10.0, 10.0, 1.0).unwrap();
+    LinearModel { kp: 8.0, kv: 5.5, p12: p.p12, p22: p.p22, k_i, inertia_ratio: 1.0 }
+}
+
+const SHARED_700: f64 = 700.0 * 0.42163;
+const CONCAT_7: f64 = 7.0 * 8.94112;
+const CONCAT_70: f64 = 70.0 * 8.94112;
+
+fn close(got: f64, wanted: f64, tolerance: f64) {
+    assert!((got - wanted).abs() <= tolerance * wanted.abs(), "got {got}, wanted {wanted}");
+}
+
+#[test]
+fn sampling_limits_of_the_right_model_are_the_golden_ones() {
+    // Computed torque alone: h k_v = 2 exactly.
+    close(model(0.0).max_period(0).unwrap(), 2.0 / 5.5, 1e-12);
+    close(model(SHARED_700).max_period(0).unwrap(), 14.487e-3, 1e-4);
+    close(model(CONCAT_7).max_period(0).unwrap(), 66.905e-3, 1e-4);
+    close(model(CONCAT_70).max_period(0).unwrap(), 6.852e-3, 1e-4);
+}
+
+#[test]
+fn one_sample_of_delay_roughly_halves_the_limit() {
+    for k_i in [0.0, SHARED_700, CONCAT_7, CONCAT_70] {
+        let ratio = model(k_i).max_period(1).unwrap() / model(k_i).max_period(0).unwrap();
+        assert!((0.4..0.51).contains(&ratio), "{k_i}: {ratio}");
+    }
+}
+
+#[test]
+fn more_delay_never_allows_a_longer_period() {
+    let mut before = f64::INFINITY;
+    for delay in 0..=MAX_DELAY {
+        let period = model(CONCAT_7).max_period(delay).unwrap();
+        assert!(period < before);
+        before = period;
+    }
+}
+
+#[test]
+fn radius_is_one_at_the_longest_period() {
+    for inertia_ratio in [0.3, 0.5, 1.0, 1.5] {
+        for delay in [0, 1, 3] {
+            let model = LinearModel { inertia_ratio, ..model(CONCAT_7) };
+            let period = model.max_period(delay).unwrap();
+            close(model.sampled_radius(period, delay).unwrap(), 1.0, 1e-12);
+            assert!(model.sampled_radius(0.9 * period, delay).unwrap() < 1.0);
+            assert!(model.sampled_radius(1.1 * period, delay).unwrap() > 1.0);
+        }
+    }
+}
+
+#[test]
+fn twice_the_inertia_shortens_the_limit_of_the_integrator() {
+    let half = LinearModel { inertia_ratio: 0.5, ..model(CONCAT_70) };
+    close(half.max_period(0).unwrap(), 6.07e-3, 1e-3);
+    let half = LinearModel { inertia_ratio: 0.5, ..model(0.0) };
+    close(half.max_period(0).unwrap(), 4.0 / 5.5, 1e-12);
+}
+
+#[test]
+fn fine_sampling_approaches_the_poles() {
+    let model = model(CONCAT_7);
+    let slowest = model.poles().unwrap().iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re));
+    let h = 1e-5;
+    close(model.sampled_radius(h, 0).unwrap().ln() / h, slowest, 1e-2);
+}
+
+/// The sampled loop, written out: the largest |e| late in a run.
+fn late_error(model: &LinearModel, h: f64, delay: usize, steps: usize) -> f64 {
+    let (mut e, mut de, mut rho, mut late) = (1.0_f64, 0.0, 0.0, 0.0_f64);
+    let mut under_way = std::collections::VecDeque::from(vec![0.0; delay]);
+    for step in 0..steps {
+        under_way.push_back(-model.kv * de - model.kp * e - rho);
+        let acceleration = model.inertia_ratio * under_way.pop_front().unwrap();
+        rho += h * model.k_i * (model.p12 * e + model.p22 * de);
+        e += h * de + 0.5 * h * h * acceleration;
+        de += h * acceleration;
+        if step > steps / 2 {
+            late = late.max(e.abs());
+        }
+    }
+    late
+}
+
+#[test]
+fn sampled_loop_decays_below_the_limit_and_grows_above_it() {
+    for delay in [0, 1, 2, 5] {
+        let model = LinearModel { inertia_ratio: 0.5, ..model(CONCAT_70) };
+        let period = model.max_period(delay).unwrap();
+        let (below, above) = (0.98 * period, 1.02 * period);
+        let steps = |radius: f64| (60.0 / radius.ln().abs()) as usize;
+        let radius = model.sampled_radius(below, delay).unwrap();
+        assert!(late_error(&model, below, delay, steps(radius)) < 1e-6);
+        let radius = model.sampled_radius(above, delay).unwrap();
+        assert!(late_error(&model, above, delay, steps(radius)) > 1e6);
+    }
+}
+
+#[test]
+fn steady_rms_is_that_of_a_fine_simulation() {
+    let model = LinearModel { inertia_ratio: 0.5, ..model(CONCAT_7) };
+    let (h, omega, amplitude) = (1e-4, 1.3, 2.0);
+    let (mut e, mut de, mut rho, mut sum, mut count) = (0.0_f64, 0.0, 0.0, 0.0, 0);
+    for tick in 0..600_000 {
+        let t = f64::from(tick) * h;
+        let disturbance = amplitude * (omega * t).sin();
+        let acceleration = 0.5 * (-model.kv * de - model.kp * e + disturbance - rho);
+        rho += h * model.k_i * (model.p12 * e + model.p22 * de);
+        e += h * de + 0.5 * h * h * acceleration;
+        de += h * acceleration;
+        // The last six periods.
+        if t > 60.0 - 6.0 * std::f64::consts::TAU / omega {
+            sum += e * e;
+            count += 1;
+        }
+    }
+    close((sum / f64::from(count)).sqrt(), model.steady_rms(amplitude, omega).unwrap(), 1e-3);
+}
+
+#[test]
+fn an_integrator_removes_a_constant_disturbance() {
+    assert_eq!(model(CONCAT_7).gain_at(0.0).unwrap(), 0.0);
+    assert_eq!(model(0.0).gain_at(0.0).unwrap(), 1.0 / 8.0);
+}
+
+#[test]
+fn gain_falls_with_the_integral_gain_at_low_frequency() {
+    // |e/ρ_d| ≈ ω/(k_I p12)
+    let model = model(CONCAT_70);
+    close(model.gain_at(0.01).unwrap(), 0.01 / (CONCAT_70 * model.p12), 0.02);
+}
+
+#[test]
+fn integrator_too_strong_for_the_damping_is_refused() {
+    let weak = LinearModel { kv: 0.05, p22: 0.0, ..model(CONCAT_7) };
+    let refusal = weak.max_period(0).unwrap_err();
+    assert_eq!(refusal.parameter(), "linear model");
+    assert!(matches!(refusal.problem(), Problem::NotHurwitz { max_real, .. } if max_real > 0.0));
+}
+
+fn out_of_range(error: Error) -> bool {
+    matches!(error.problem(), Problem::OutOfRange { .. })
+}
+
+#[test]
+fn field_out_of_range_is_refused_by_name() {
+    let good = model(CONCAT_7);
+    for (broken, name) in [
+        (LinearModel { kp: 0.0, ..good }, "kp"),
+        (LinearModel { kv: -1.0, ..good }, "kv"),
+        (LinearModel { p12: -1.0, ..good }, "p12"),
+        (LinearModel { p22: -1.0, ..good }, "p22"),
+        (LinearModel { k_i: -1.0, ..good }, "k_i"),
+        (LinearModel { inertia_ratio: 0.0, ..good }, "inertia_ratio"),
+    ] {
+        let named = |e: Error| e.parameter() == name && out_of_range(e);
+        assert!(named(broken.poles().unwrap_err()));
+        assert!(named(broken.gain_at(1.0).unwrap_err()));
+        assert!(named(broken.max_period(0).unwrap_err()));
+    }
+}
+
+#[test]
+fn period_and_delay_out_of_range_are_refused_by_name() {
+    let good = model(CONCAT_7);
+    let zero = good.sampled_radius(0.0, 0).unwrap_err();
+    assert!(zero.parameter() == "period" && out_of_range(zero), "{zero}");
+    let nan = good.sampled_radius(f64::NAN, 0).unwrap_err();
+    assert_eq!(nan.parameter(), "period");
+    assert!(matches!(nan.problem(), Problem::NotFinite { .. }), "{nan}");
+    let too_many = Error::too_many("delay_samples", Some(9), 8);
+    assert_eq!(good.sampled_radius(1e-3, 9).unwrap_err(), too_many);
+    assert_eq!(good.max_period(9).unwrap_err(), too_many);
+    let negative = good.gain_at(-1.0).unwrap_err();
+    assert!(negative.parameter() == "omega" && out_of_range(negative), "{negative}");
+}

@@ -1,0 +1,126 @@
+//! Saved states: the same torques afterwards, and an error for every damage.
+
+use crate::common::{
+    Adaptive, AdaptiveState, Random, bits, everything, fresh, law, modified, weights,
+};
+use steadyarm::control::{Inputs, Limits};
+use steadyarm::fuzzy::Form;
+use steadyarm::reference::Setpoint;
+use steadyarm::{Error, Problem};
+
+fn controller(form: Form, everything_on: bool) -> Adaptive {
+    let adaptation = if everything_on { everything(7.0) } else { law(7.0) };
+    let limits = Limits { effort_limit: [30.0; 2], effort_rate_limit: [1e4; 2] };
+    modified(form, false, Inputs::error(), adaptation).with_limits(limits).unwrap()
+}
+
+fn torque(controller: &Adaptive, state: &mut AdaptiveState, random: &mut Random) -> Vec<u64> {
+    let (q, dq) = (random.vector(0.5), random.vector(1.0));
+    let desired = Setpoint::at_rest(random.vector(0.5));
+    bits(controller.step(state, &q, &dq, &desired, 1e-3).unwrap().tau.as_slice())
+}
+
+fn taught(controller: &Adaptive, warm: bool) -> AdaptiveState {
+    let (mut state, mut random) = (fresh(controller), Random(9));
+    if warm {
+        let prior = vec![0.1; controller.compensator.weights_len()];
+        controller.compensator.warm_start(&mut state.compensator, &prior).unwrap();
+    }
+    (0..500).for_each(|_| _ = torque(controller, &mut state, &mut random));
+    state
+}
+
+#[test]
+fn a_restored_state_gives_the_next_ten_thousand_torques_bit_for_bit() {
+    for form in [Form::Grid, Form::PerJoint { joints: 2 }] {
+        for (everything_on, warm) in [(false, false), (true, false), (true, true), (false, true)] {
+            let controller = controller(form, everything_on);
+            let mut state = taught(&controller, warm);
+            let bytes = controller.compensator.save(&state);
+            let mut restored = fresh(&controller);
+            controller.compensator.restore(&mut restored, &bytes).unwrap();
+            assert_eq!(controller.compensator.save(&restored), bytes);
+            let (mut one, mut two) = (Random(10), Random(10));
+            for k in 0..10_000 {
+                let expected = torque(&controller, &mut state, &mut one);
+                let found = torque(&controller, &mut restored, &mut two);
+                assert_eq!(found, expected, "{form:?} {everything_on} {warm}: torque {k}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_frozen_state_is_restored_frozen() {
+    let controller = controller(Form::Concat, true);
+    let mut state = taught(&controller, false);
+    state.compensator.freeze();
+    let bytes = controller.compensator.save(&state);
+    let mut restored = fresh(&controller);
+    controller.compensator.restore(&mut restored, &bytes).unwrap();
+    assert!(restored.compensator.frozen());
+}
+
+#[test]
+fn every_damaged_or_shortened_file_is_an_error_and_changes_nothing() {
+    let controller = controller(Form::Shared, true);
+    let bytes = controller.compensator.save(&taught(&controller, true));
+    let mut state = taught(&controller, false);
+    let before = format!("{state:?}");
+    let mut refused = |bytes: &[u8]| {
+        assert!(controller.compensator.restore(&mut state, bytes).is_err());
+        assert_eq!(format!("{state:?}"), before);
+    };
+    for place in 0..bytes.len() {
+        refused(&bytes[..place]);
+        for bit in [0, 3, 7] {
+            let mut damaged = bytes.clone();
+            damaged[place] ^= 1 << bit;
+            refused(&damaged);
+        }
+    }
+    refused(&[&bytes[..], &[0]].concat());
+}
+
+#[test]
+fn a_file_of_another_controller_is_refused() {
+    let (shared, concat) = (controller(Form::Shared, true), controller(Form::Concat, true));
+    let bytes = shared.compensator.save(&taught(&shared, true));
+    let other = concat.compensator.restore(&mut fresh(&concat), &bytes).unwrap_err();
+    assert_eq!(other, Error::wrong_length("rules", 5, 20));
+    let plain = controller(Form::Shared, false);
+    let mut state = fresh(&plain);
+    let without = plain.compensator.restore(&mut state, &bytes).unwrap_err();
+    assert!(matches!(without.problem(), Problem::Damaged { .. }), "{without}");
+    assert!(weights(&plain, &state.compensator).iter().all(|w| *w == 0.0));
+}
+
+/// Magic of 12 bytes, joints, rules; then the flags, of which 16 says that the norms of both joints stand before the
+/// checksum.
+fn without_norms(bytes: &[u8]) -> Vec<u8> {
+    let mut old = bytes[..bytes.len() - 24].to_vec();
+    assert_eq!(old[28] & 16, 16);
+    old[28] -= 16;
+    let fnv = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+    let sum = old.iter().fold(0xcbf2_9ce4_8422_2325, fnv);
+    old.extend(sum.to_le_bytes());
+    old
+}
+
+#[test]
+fn a_file_from_before_it_had_norms_is_read() {
+    for warm in [false, true] {
+        let controller = controller(Form::Concat, true);
+        let state = taught(&controller, warm);
+        let bytes = controller.compensator.save(&state);
+        let mut restored = fresh(&controller);
+        controller.compensator.restore(&mut restored, &without_norms(&bytes)).unwrap();
+        let norm = state.compensator.weights_norm();
+        assert!((restored.compensator.weights_norm() - norm).abs() <= 1e-14 * norm);
+        assert_eq!(
+            weights(&controller, &restored.compensator),
+            weights(&controller, &state.compensator)
+        );
+        assert_eq!(restored.last_tau, state.last_tau);
+    }
+}

@@ -1,0 +1,31 @@
+//! All tests that need std: simulations, tables on the heap, saved states, files. A module is named after its room in src.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs
+)]
+
+#[path = "../common/chains.rs"]
+#[allow(dead_code, unused_imports, unused_macros)]
+mod chains;
+#[path = "../common/mod.rs"]
+mod common;
+#[path = "../common/counting.rs"]
+mod counting;
+#[path = "../common/random.rs"]
+mod random;
+
+mod control;
+mod design;
+mod determinism;
+mod fuzzy;
+mod golden;
+mod kernel;
+mod no_std_twin;
+mod reference;
+mod riccati;
+#[cfg(feature = "urdf")]
+mod robot;
+mod sim;

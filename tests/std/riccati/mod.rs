@@ -1,0 +1,4 @@
+//! The Riccati equations, of a size known when compiling and when running.
+
+mod dynamic;
+mod fixed;
