@@ -8,7 +8,7 @@ use std::hint::black_box;
 use std::ops::ControlFlow;
 
 use steadyarm::arm::{JointFriction, Serial, SerialParameters};
-use steadyarm::control::{ComputedTorque, Gains, NoCompensation, State};
+use steadyarm::control::{ComputedTorque, Controller, Gains, NoCompensation, State};
 use steadyarm::math::Vector;
 use steadyarm::plant::{Plant, Undisturbed};
 use steadyarm::reference::{Harmonic, Reference, Sines};
@@ -60,7 +60,7 @@ fn motions<const N: usize>(plant: &ArmPlant<N>, pose: [f64; N]) -> Vec<(Motion<N
     let path = Sines::new(pose, [harmonic]).unwrap();
     let gains = Gains::new([400.0; N], [40.0; N]).unwrap();
     let nominal = plant.arm.without_friction();
-    let controller = ComputedTorque::new(nominal, gains, NoCompensation);
+    let controller = Controller::new(ComputedTorque::new(nominal, gains), NoCompensation);
     let q0 = path.at(0.0).q.into();
     let options = Options { duration: 3.0, control_period: Some(DT), q0, ..Options::default() };
     let go_on = |_| ControlFlow::Continue(());

@@ -5,7 +5,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use steadyarm::arm::{Arm, Serial, SerialParameters};
-use steadyarm::control::{Adaptation, ComputedTorque, KernelParameters, NoCompensation, State};
+use steadyarm::control::{
+    Adaptation, ComputedTorque, Controller, KernelParameters, NoCompensation, State,
+};
 use steadyarm::math::Vector;
 use steadyarm::reference::Setpoint;
 use steadyarm::robot;
@@ -65,8 +67,8 @@ fn step_with<const N: usize, A: Arm<N> + Copy>(
     let law = Adaptation { gain: [100.0; N], leak_rate: 0.1, ..Adaptation::default() };
     let of = |merge_tolerance| {
         let kernel = KernelParameters { capacity, merge_tolerance };
-        let ComputedTorque { gains, compensator, .. } = scene::joints::<N>(true, law, kernel);
-        ComputedTorque::new(arm, gains, compensator)
+        let Controller { law, compensator, .. } = scene::joints::<N>(true, law, kernel);
+        Controller::new(ComputedTorque::new(arm, law.gains), compensator)
     };
     let (filling, merging) = (of(0.0), of(0.9999));
     let samples = path::<N>();
@@ -112,7 +114,7 @@ fn atoms(c: &mut Criterion) {
 fn plain(c: &mut Criterion) {
     let arm = scene::Joints;
     let gains = steadyarm::control::Gains::new([8.0; 7], [5.5; 7]).unwrap();
-    let controller = ComputedTorque::new(arm, gains, NoCompensation);
+    let controller = Controller::new(ComputedTorque::new(arm, gains), NoCompensation);
     let (mut state, samples) = (State::new(()), path::<7>());
     let mut next = samples.iter().cycle();
     c.benchmark_group("kernel step").bench_function("7 joints, no compensation", |b| {

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use nalgebra::SMatrix;
 use steadyarm::arm::Arm;
-use steadyarm::control::{Compensator, ComputedTorque, Inputs, State};
+use steadyarm::control::{Compensator, ComputedTorque, Controller, Inputs, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::{Matrix, Vector};
 use steadyarm::paper::{self, Reading};
@@ -48,7 +48,7 @@ fn step(c: &mut Criterion) {
 fn step_of<A: Arm<2>, C: Compensator<2, S>, S>(
     c: &mut Criterion,
     name: &str,
-    controller: &ComputedTorque<2, A, C>,
+    controller: &Controller<2, ComputedTorque<2, A>, C>,
     mut state: State<2, S>,
 ) {
     let samples = common::samples();

@@ -4,11 +4,12 @@
 use std::ops::ControlFlow::Continue;
 
 use steadyarm::arm::{TwoLink, TwoLinkParameters};
-use steadyarm::control::{ComputedTorque, Gains, NoCompensation, State};
+use steadyarm::control::{ComputedTorque, Controller, Gains, NoCompensation, State};
 use steadyarm::plant::{Plant, Undisturbed};
 use steadyarm::reference::{Harmonic, Sines};
 use steadyarm::sim::{Options, simulate};
 
+/// Runs it and prints its figures.
 pub fn main() -> steadyarm::Result<()> {
     // The paper's arm: two links of 4 kg [kg, m, kg·m²], flat on a table.
     let arm = TwoLink::new(TwoLinkParameters {
@@ -24,7 +25,8 @@ pub fn main() -> steadyarm::Result<()> {
     let path = Sines::new([0.0; 2], [slow, fast])?;
 
     // The error obeys ë + 5.5 ė + 8 e = 0: it dies out, whatever the path.
-    let controller = ComputedTorque::new(arm, Gains::new([8.0; 2], [5.5; 2])?, NoCompensation);
+    let controller =
+        Controller::new(ComputedTorque::new(arm, Gains::new([8.0; 2], [5.5; 2])?), NoCompensation);
     let (plant, mut state) = (Plant::new(arm, Undisturbed), State::new(()));
     let options = Options { duration: 4.0, ..Default::default() };
     let run = simulate(&plant, &controller, &mut state, &path, &options, |_| Continue(()))?;

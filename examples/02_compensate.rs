@@ -3,11 +3,14 @@
 
 use std::ops::ControlFlow::Continue;
 
-use steadyarm::control::{Adaptation, ComputedTorque, FuzzyCompensator, FuzzyParameters, State};
+use steadyarm::control::{
+    Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, State,
+};
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::paper;
 use steadyarm::sim::{Options, Window, metrics, simulate};
 
+/// Runs it and prints its figures.
 pub fn main() -> steadyarm::Result<()> {
     // Links of 4 kg are believed; there are links of 8 kg, pushed with [sin t, cos t] N·m.
     let (believed, plant, path) = (paper::nominal()?, paper::plant()?, paper::reference()?);
@@ -19,7 +22,7 @@ pub fn main() -> steadyarm::Result<()> {
     let adaptation = Adaptation { gain: [7.0; 2], ..Default::default() };
     let parameters = FuzzyParameters { adaptation, ..Default::default() };
     let compensator = FuzzyCompensator::new(basis, &gains, parameters)?;
-    let controller = ComputedTorque::new(believed, gains, compensator);
+    let controller = Controller::new(ComputedTorque::new(believed, gains), compensator);
 
     for (name, learning) in [("learning off", false), ("learning on", true)] {
         let mut state = State::new(controller.compensator.state());

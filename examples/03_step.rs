@@ -9,6 +9,7 @@ use steadyarm::sim::{Motion, hold_torque};
 
 const PERIOD: f64 = 1e-3; // s
 
+/// Runs it and prints its figures.
 pub fn main() -> steadyarm::Result<()> {
     // The controller of 02, with motors of 20 N·m. Its state is all that changes; you own it.
     let limits = Limits { effort_limit: [20.0; 2], ..Default::default() };

@@ -8,6 +8,7 @@ use steadyarm::robot::{Description, GRAVITY};
 
 const URDF: &str = include_str!("04_arm.urdf");
 
+/// Runs it and prints its figures.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let robot = Description::from_urdf(URDF, Some("base"), Some("tool"), GRAVITY)?;
     let arm: Serial<3> = robot.arm()?;

@@ -9,6 +9,7 @@ use steadyarm::reference::Reference;
 use steadyarm::sim::{Options, Window, metrics, simulate};
 use steadyarm::{Result, fuzzy::Form, paper};
 
+/// Runs it and prints its figures.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let reading = paper::Reading { form: Form::Grid, normalized: true, gain: 1000.0 };
     let controller = paper::controller(reading)?;

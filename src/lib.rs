@@ -24,7 +24,7 @@
 //! | module | what |
 //! |---|---|
 //! | [`arm`] | the dynamics of an arm: [`arm::Arm`], [`arm::TwoLink`], [`arm::Serial`] for any chain |
-//! | [`control`] | [`control::ComputedTorque`], the compensator, adaptation, limits |
+//! | [`control`] | [`control::Controller`]: a law, [`control::ComputedTorque`], a compensator, limits |
 //! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
 //! | [`riccati`] | the equations for P, certified or refused |
 //! | [`design`] | what a design will do, before it runs |

@@ -36,6 +36,16 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
+/// What [`fnv`] starts from.
+pub(crate) const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
+
+/// FNV-1a, 64 bits, of more bytes.
+pub(crate) fn fnv(start: u64, bytes: &[u8]) -> u64 {
+    bytes
+        .iter()
+        .fold(start, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+}
+
 /// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there. Exact for turns of the
 /// f64 next to 2π.
 #[inline]

@@ -3,7 +3,9 @@
 use core::f64::consts::FRAC_1_SQRT_2;
 
 use crate::arm::{TwoLink, TwoLinkParameters};
-use crate::control::{Adaptation, ComputedTorque, FuzzyCompensator, FuzzyParameters, Gains};
+use crate::control::{
+    Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains,
+};
 use crate::error::{Result, at_most};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
 use crate::plant::Plant;
@@ -17,6 +19,9 @@ pub const WIDTH: f64 = FRAC_1_SQRT_2;
 
 /// A sum of two harmonics of two joints.
 pub type PaperSines = Sines<2, [Harmonic<2>; 2]>;
+
+/// Computed torque for the nominal arm, with the compensator.
+pub type PaperController = Controller<2, ComputedTorque<2, TwoLink>, FuzzyCompensator<2>>;
 
 /// How the compensator of simulation 3 is read.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -80,10 +85,10 @@ pub fn basis(reading: Reading, inputs: usize) -> Result<FuzzyBasis> {
 }
 
 /// The controller of simulation 3, Q = 10 I, γ = 1, inputs (e, ė).
-pub fn controller(reading: Reading) -> Result<ComputedTorque<2, TwoLink, FuzzyCompensator<2>>> {
+pub fn controller(reading: Reading) -> Result<PaperController> {
     let adaptation = Adaptation { gain: [reading.gain; 2], ..Default::default() };
     let parameters = FuzzyParameters { adaptation, ..Default::default() };
     let gains = gains()?;
     let compensator = FuzzyCompensator::new(basis(reading, 4)?, &gains, parameters)?;
-    Ok(ComputedTorque::new(nominal()?, gains, compensator))
+    Ok(Controller::new(ComputedTorque::new(nominal()?, gains), compensator))
 }

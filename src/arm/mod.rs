@@ -24,24 +24,39 @@ pub use serial::{
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 
-use crate::math::{Matrix, Vector};
+use crate::math::{FNV_START, Matrix, Vector, fnv};
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///
-/// Implement the first four; the rest follows from them, and may be overridden where a closed form is faster. Friction and
-/// stops, which may be stiff, are told joint by joint: simulation solves for them.
+/// Implement the first two; the rest follows from them, and may be overridden where a closed form
+/// is faster. Friction and stops, which may be stiff, are told joint by joint: simulation solves
+/// for them.
 pub trait Arm<const N: usize> {
     /// Mass matrix M(q) [kg·m²], symmetric positive definite.
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N>;
 
-    /// Coriolis matrix C(q, q̇) [N·m·s] in the Christoffel form, for which Ṁ − 2C is skew-symmetric.
-    fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N>;
+    /// C(q, q̇) q̇ + G(q) [N·m]: the bias without friction.
+    fn rigid_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N>;
+
+    /// Coriolis matrix C(q, q̇) [N·m·s] in the Christoffel form, for which Ṁ − 2C is
+    /// skew-symmetric.
+    ///
+    /// C(q, u) w is then bilinear and symmetric in u and w, so that its columns are
+    /// `C(q, q̇) eⱼ = ¼ (r(q, q̇ + eⱼ) − r(q, q̇ − eⱼ))` of r = C q̇ + G: exact, whatever the arm.
+    fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N> {
+        let mut coriolis = Matrix::<N>::zeros();
+        for (joint, mut column) in coriolis.column_iter_mut().enumerate() {
+            let unit = Vector::from_fn(|i, _| if i == joint { 1.0 } else { 0.0 });
+            let change = self.rigid_bias(q, &(dq + unit)) - self.rigid_bias(q, &(dq - unit));
+            column.copy_from(&(change * 0.25));
+        }
+        coriolis
+    }
 
     /// Gravity torque G(q) [N·m].
-    fn gravity(&self, q: &Vector<N>) -> Vector<N>;
-
-    /// Potential energy U(q) [J], with G = ∂U/∂q.
-    fn potential_energy(&self, q: &Vector<N>) -> f64;
+    fn gravity(&self, q: &Vector<N>) -> Vector<N> {
+        self.rigid_bias(q, &Vector::zeros())
+    }
 
     /// Friction of a joint; none by default.
     fn joint_friction(&self, _joint: usize) -> JointFriction {
@@ -87,7 +102,7 @@ pub trait Arm<const N: usize> {
     ) -> (Matrix<N>, Vector<N>, Vector<N>) {
         let mass = self.mass_matrix(q);
         let dq = choose(&mass);
-        (mass, dq, self.coriolis(q, &dq) * dq + self.gravity(q))
+        (mass, dq, self.rigid_bias(q, &dq))
     }
 
     /// Which joints turn without an end: their tracking error is taken around the circle, in [−π, π), so that positions a
@@ -99,7 +114,7 @@ pub trait Arm<const N: usize> {
 
     /// Bias torque H(q, q̇) = C q̇ + G + f [N·m].
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
-        self.coriolis(q, dq) * dq + self.gravity(q) + self.friction(dq)
+        self.rigid_bias(q, dq) + self.friction(dq)
     }
 
     /// M(q) and H(q, q̇) in one pass.
@@ -122,5 +137,17 @@ pub trait Arm<const N: usize> {
     /// Kinetic energy ½ q̇ᵀ M q̇ [J].
     fn kinetic_energy(&self, q: &Vector<N>, dq: &Vector<N>) -> f64 {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
+    }
+
+    /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two
+    /// poses, in motion. An arm has the same number on every machine; arms that differ in M or H
+    /// have different numbers, but for accidents.
+    fn fingerprint(&self) -> u64 {
+        let add = |hash, x: &f64| fnv(hash, &(x + 0.0).to_bits().to_le_bytes());
+        [1.0, -0.6].into_iter().fold(FNV_START, |hash, sign| {
+            let q = Vector::from_fn(|joint, _| sign * (0.3 + 0.4 * joint as f64));
+            let (mass, bias) = self.mass_matrix_and_bias(&q, &q.map(|x| 1.1 - x));
+            mass.iter().chain(bias.iter()).fold(hash, add)
+        })
     }
 }

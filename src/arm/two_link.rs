@@ -143,6 +143,11 @@ impl TwoLink {
         Matrix::<2>::new(theta_1 + theta_3 + 2.0 * coupling, m12, m12, theta_3)
     }
 
+    /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) [J]; G = ∂U/∂q.
+    pub fn potential_energy(&self, q: &Vector<2>) -> f64 {
+        self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
+    }
+
     /// H from q₁, sin q₂, cos q₂.
     #[inline(always)]
     fn bias_at(&self, q1: f64, trig: (f64, f64), dq: &Vector<2>) -> Vector<2> {
@@ -182,6 +187,11 @@ impl Arm<2> for TwoLink {
     }
 
     #[inline]
+    fn rigid_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
+        self.rigid_at(q[0], sin_cos(q[1]), dq)
+    }
+
+    #[inline]
     fn coriolis(&self, q: &Vector<2>, dq: &Vector<2>) -> Matrix<2> {
         // c = −θ₂ sin q₂,  C = [c q̇₂, c (q̇₁ + q̇₂); −c q̇₁, 0]
         let c = -self.theta[1] * sin_cos(q[1]).0;
@@ -202,11 +212,6 @@ impl Arm<2> for TwoLink {
 
     fn resists(&self) -> bool {
         self.has_friction
-    }
-
-    /// U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂).
-    fn potential_energy(&self, q: &Vector<2>) -> f64 {
-        self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
     }
 
     fn rigid_dynamics(

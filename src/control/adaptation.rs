@@ -1,4 +1,4 @@
-//! How the weights move: the law (18) and its robust modifications.
+//! How the weights move: the update law (18) and its robust modifications.
 //!
 //! ```text
 //! Ẇₙ = m gainₙ sₙ ξᵀ − (leak_rate + kₙ)(Wₙ − W₀ₙ),     s = BᵀPx
@@ -15,7 +15,7 @@ use crate::math::{Vector, sqrt};
 /// The projection starts to act at this fraction of its radius (Pomet and Praly 1992).
 const PROJECTION_ONSET: f64 = 0.9;
 
-/// Gain and robust modifications of the adaptive law. By default all modifications are off.
+/// Gain and robust modifications of the update law. By default all modifications are off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptation<const N: usize> {
     /// gain = Γ⁻¹ of each joint. The paper's Γ = diag(7, 7) is a gain of 1/7.

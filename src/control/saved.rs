@@ -5,7 +5,7 @@
 
 use super::{FuzzyCompensator, FuzzyState, State};
 use crate::error::{Error, Result, length};
-use crate::math::Vector;
+use crate::math::{FNV_START, Vector, fnv};
 
 const MAGIC: &[u8; 12] = b"steadyarm\0\0\x01";
 pub(super) const FROZEN: u64 = 1;
@@ -124,15 +124,8 @@ pub(super) fn header<const N: usize, S>(
 }
 
 pub(super) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    bytes.extend(checksum(&bytes).to_le_bytes());
+    bytes.extend(fnv(FNV_START, &bytes).to_le_bytes());
     bytes
-}
-
-/// FNV-1a, 64 bits.
-fn checksum(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
 }
 
 pub(super) struct Reader<'a> {
@@ -148,7 +141,7 @@ impl<'a> Reader<'a> {
         let Some(rest) = body.strip_prefix(MAGIC) else {
             return Err(Error::damaged("it was not saved by this version of steadyarm"));
         };
-        if u64::from_le_bytes(*sum) != checksum(body) {
+        if u64::from_le_bytes(*sum) != fnv(FNV_START, body) {
             return Err(Error::damaged("its checksum does not match: it was changed or cut"));
         }
         Ok(Self { rest })

@@ -1,5 +1,6 @@
 //! What the stages of one step record: a compensator's weights change by a sum of one rank-one term a stage.
 
+use super::Applied;
 use crate::math::{Vector, sqrt};
 
 /// Most stages of a step: seven of Dormand-Prince and one for its dense output.
@@ -49,6 +50,14 @@ impl<const N: usize> Default for Stages<N> {
 }
 
 impl<const N: usize> Stages<N> {
+    /// Nothing is learnt from a torque that was limited.
+    #[inline]
+    pub fn acted(&mut self, i: usize, applied: &Applied<N>) {
+        if applied.limited() {
+            self.hold(i);
+        }
+    }
+
     /// Nothing is learnt at stage i.
     pub fn hold(&mut self, i: usize) {
         self.factor[i] = Vector::zeros();

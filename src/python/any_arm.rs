@@ -77,6 +77,14 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     }
 
     #[inline]
+    fn rigid_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        match self {
+            Self::TwoLink(arm) => back(&arm.rigid_bias(&two(q), &two(dq))),
+            Self::Serial(arm) => arm.rigid_bias(q, dq),
+        }
+    }
+
+    #[inline]
     fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N> {
         match self {
             Self::TwoLink(arm) => square(&arm.coriolis(&two(q), &two(dq))),
@@ -126,14 +134,6 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
                 (square(&mass), back(&dq), back(&rigid))
             }
             Self::Serial(arm) => arm.rigid_dynamics(q, choose),
-        }
-    }
-
-    #[inline]
-    fn potential_energy(&self, q: &Vector<N>) -> f64 {
-        match self {
-            Self::TwoLink(arm) => arm.potential_energy(&two(q)),
-            Self::Serial(arm) => arm.potential_energy(q),
         }
     }
 

@@ -1,4 +1,4 @@
-//! What a tracker asks of its compensator beyond the law: its weights, and itself in words and bytes.
+//! What a tracker asks of its compensator beyond ρ̂: its weights, and itself in words and bytes.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;

@@ -117,14 +117,14 @@ pub(super) struct PyFuzzyCompensator {
     /// Twice as many values.
     q: PerJoint,
     gamma: f64,
-    law: Law,
+    modifications: Modifications,
     /// Of the kernel form; `None`: every rule has its weight.
     pub kernel: Option<KernelParameters>,
 }
 
-/// What of the law is the same for all joints.
+/// The robust modifications, which are the same for all joints.
 #[derive(Clone, Copy)]
-struct Law {
+struct Modifications {
     leak_rate: f64,
     error_modification: f64,
     projection_radius: f64,
@@ -135,8 +135,13 @@ struct Law {
 impl PyFuzzyCompensator {
     /// The core's parameters for `N` joints.
     pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
-        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
-            self.law;
+        let Modifications {
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        } = self.modifications;
         let adaptation = Adaptation {
             gain: self.gain.each("gain")?,
             leak_rate,
@@ -206,7 +211,7 @@ impl PyFuzzyCompensator {
         let joints = common_joints(basis.joints, [("gain", gain.len())])?;
         let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
         let joints = joints.or(q.len().map(|entries| entries / 2));
-        let law = Law {
+        let modifications = Modifications {
             leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
             error_modification: scalar_or(error_modification, 0.0, "error_modification")?,
             projection_radius: scalar_or(projection_radius, f64::INFINITY, "projection_radius")?,
@@ -215,7 +220,7 @@ impl PyFuzzyCompensator {
         };
         let gamma = scalar_or(gamma, 1.0, "gamma")?;
         let kernel = kernel_parameters(&basis, dictionary, merge_tolerance)?;
-        let this = Self { basis, joints, gain, q, gamma, law, kernel };
+        let this = Self { basis, joints, gain, q, gamma, modifications, kernel };
         for_joints!(this.joints_or_default(), check(&this))?;
         match (this.joints, kernel) {
             (Some(joints), None) => this.basis.for_arm(joints).map(drop)?,
@@ -264,8 +269,13 @@ impl PyFuzzyCompensator {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let py = slf.py();
         let this = slf.get();
-        let Law { leak_rate, error_modification, projection_radius, dead_zone, normalization } =
-            this.law;
+        let Modifications {
+            leak_rate,
+            error_modification,
+            projection_radius,
+            dead_zone,
+            normalization,
+        } = this.modifications;
         // With the joints known, by the basis or by the gain.
         let gain = match this.joints {
             Some(joints) => PerJoint::Each(this.gain.values(joints)),

@@ -221,7 +221,7 @@ impl<const N: usize> SerialArm for Serial<N> {
     }
 
     fn potential_energy(&self, q: Any<'_, '_>) -> PyResult<f64> {
-        Ok(Arm::potential_energy(self, &finite_vector(q, "q")?))
+        Ok(Serial::potential_energy(self, &finite_vector(q, "q")?))
     }
 
     fn pose(&self, q: Any<'_, '_>) -> PyResult<Pose> {

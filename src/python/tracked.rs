@@ -14,8 +14,8 @@ use super::planted::Planted;
 use super::simulate::{Settings, simulated};
 use super::value_error;
 use crate::control::{
-    Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, NoCompensation,
-    State,
+    self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits,
+    NoCompensation, State,
 };
 use crate::design::{Conditions, Finding, JointReport, Report};
 use crate::error::Result;
@@ -97,7 +97,8 @@ pub(super) trait Tracked: Send + Sync {
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)>;
 }
 
-pub(super) type Controller<const N: usize, C> = ComputedTorque<N, AnyArm<N>, C>;
+pub(super) type Controller<const N: usize, C> =
+    control::Controller<N, ComputedTorque<N, AnyArm<N>>, C>;
 
 struct Tracker<const N: usize, C: Compensation<N>> {
     controller: Arc<Controller<N, C>>,
@@ -161,9 +162,8 @@ fn boxed<const N: usize, C: Compensation<N>>(
     compensator: C,
     state: C::State,
 ) -> PyResult<Box<dyn Tracked>> {
-    let controller = ComputedTorque::new(AnyArm::new(arm)?, gains, compensator)
-        .with_limits(limits)
-        .map_err(value_error)?;
+    let law = ComputedTorque::new(AnyArm::new(arm)?, gains);
+    let controller = Controller::new(law, compensator).with_limits(limits).map_err(value_error)?;
     let (controller, state) = (Arc::new(controller), State::new(state));
     Ok(Box::new(Tracker { controller, state, latest: None }))
 }
@@ -231,7 +231,7 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn gains(&self) -> [&[f64]; 2] {
-        let Gains { kp, kv } = &self.controller.gains;
+        let Gains { kp, kv } = &self.controller.law.gains;
         [kp, kv]
     }
 
@@ -294,11 +294,11 @@ impl<const N: usize, C: Compensation<N>> Tracked for Tracker<N, C> {
     }
 
     fn report(&self, conditions: &Conditions<'_>) -> PyResult<(Vec<JointReport>, Vec<Finding>)> {
-        let ComputedTorque { gains, compensator, .. } = &*self.controller;
+        let Controller { law, compensator, .. } = &*self.controller;
         let subject = compensator.subject().ok_or_else(|| {
             PyTypeError::new_err("tracker: got one without a compensator, wants one to report on")
         })?;
-        let report = Report::new(gains, subject, conditions).map_err(value_error)?;
+        let report = Report::new(&law.gains, subject, conditions).map_err(value_error)?;
         Ok((report.joints.to_vec(), report.findings))
     }
 }

@@ -14,13 +14,13 @@ const MIN_FACTOR: f64 = 0.2;
 const SHORTEST_STEP: f64 = 1e-13;
 
 /// How a step size follows from an error: by that power of it, growing by at most that factor.
-struct Law {
+struct Growth {
     power: f64,
     max_factor: f64,
 }
 
-const DORMAND_PRINCE: Law = Law { power: -0.2, max_factor: 5.0 };
-const STIFF: Law = Law { power: -1.0 / 3.0, max_factor: 3.0 };
+const DORMAND_PRINCE: Growth = Growth { power: -0.2, max_factor: 5.0 };
+const STIFF: Growth = Growth { power: -1.0 / 3.0, max_factor: 3.0 };
 
 /// A step that met the tolerance.
 pub(super) struct Accepted<const N: usize> {
@@ -78,14 +78,14 @@ pub(super) fn attempt_stiff<const N: usize>(
 #[inline(always)]
 fn until_accepted<const N: usize>(
     (t, mut h, end): (f64, f64, f64),
-    law: &Law,
+    growth: &Growth,
     mut trial: impl FnMut(f64, f64) -> (Motion<N>, f64),
 ) -> Option<Accepted<N>> {
     while h > SHORTEST_STEP * t.max(1.0) {
         let last = t + h >= end;
         let (step, end) = if last { (end - t, end) } else { (h, t + h) };
         let (motion, error) = trial(step, end);
-        let factor = (SAFETY * exp(law.power * ln(error))).clamp(MIN_FACTOR, law.max_factor);
+        let factor = (SAFETY * exp(growth.power * ln(error))).clamp(MIN_FACTOR, growth.max_factor);
         if error <= 1.0 {
             return Some(Accepted { motion, h: step, end, next_h: h.max(step) * factor });
         }

@@ -6,16 +6,16 @@ use super::evaluation::Evaluation;
 use super::integrators::{Motion, RK4, Tableau};
 use super::stiff::{self, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
-use crate::control::{Command, Compensator, ComputedTorque, MAX_STAGES, Stage};
+use crate::control::{Command, Compensator, Controller, Law, MAX_STAGES, Stage};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::{Reference, Setpoint};
 
 /// The closed loop: the controller acts at every stage of the integrator.
-pub struct ClosedLoop<'a, const N: usize, A, D, B, C, R> {
+pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     plant: &'a Plant<N, A, D>,
-    pub(super) controller: &'a ComputedTorque<N, B, C>,
+    pub(super) controller: &'a Controller<N, L, C>,
     reference: &'a R,
     /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on the time alone.
     latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,
@@ -47,17 +47,17 @@ impl<const N: usize> Start<N> {
     }
 }
 
-impl<'a, const N: usize, A, D, B, C, R> ClosedLoop<'a, N, A, D, B, C, R>
+impl<'a, const N: usize, A, D, L, C, R> ClosedLoop<'a, N, A, D, L, C, R>
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     R: Reference<N>,
 {
     /// A loop of these three.
     pub fn new(
         plant: &'a Plant<N, A, D>,
-        controller: &'a ComputedTorque<N, B, C>,
+        controller: &'a Controller<N, L, C>,
         reference: &'a R,
     ) -> Self {
         Self {
@@ -67,7 +67,7 @@ where
             latest: None,
             evaluation: None,
             shares: [Certificate::default(); MAX_STAGES],
-            laws: plant.arm.resists().then(|| stiff::cancelled(&plant.arm, &controller.arm)),
+            laws: plant.arm.resists().then(|| stiff::cancelled(&plant.arm, &controller.law)),
             pulls: [0.0; 4],
             last_braking: None,
             lost: None,
@@ -159,7 +159,7 @@ where
         let falling = stiff::falling(&posed, &laws, stage.step).filter(|(rate, _)| *rate > 1.0);
         self.lost = falling.map(|(_, joint)| (joint, Coarse::Falling));
         let uncovered = (0..N).find(|&i| {
-            let explicit = self.controller.arm.joint_friction(i);
+            let explicit = self.controller.law.joint_friction(i);
             let stiff = stage.step * explicit.steepest() * inverse[i] > stiff::MOST_BRAKING;
             stiff && explicit != laws[i].known
         });
@@ -216,11 +216,10 @@ where
     {
         let (setpoint, disturbance) = self.at_time(t);
         let sample = self.controller.sample(&motion.q, &motion.dq, &setpoint);
-        let command = self.controller.law(state, stage, &sample);
+        let command = self.controller.decide(state, stage, &sample);
         let applied = self.plant.applied(&command.tau);
-        if command.limited || applied != command.tau {
-            self.controller.compensator.hold(state, stage.index);
-        }
+        let acted = command.applied(&applied);
+        self.controller.compensator.acted(state, stage.index, &sample, &acted);
         let tau_d =
             disturbance.unwrap_or_else(|| self.plant.disturbance.torque(&motion.q, &motion.dq, t));
         let ddq = accelerate(&(applied - tau_d));

@@ -11,7 +11,7 @@ use super::recorder::Recorder;
 use super::run::Run;
 use super::status::Cause;
 use crate::arm::Arm;
-use crate::control::{Compensator, MAX_STAGES, Stage};
+use crate::control::{Compensator, Law, MAX_STAGES, Stage};
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::Reference;
@@ -20,8 +20,8 @@ use crate::reference::Reference;
 const LAST: usize = 6;
 
 /// RK4 with a fixed step; a row a step.
-pub(super) fn rk4<const N: usize, A, D, B, C, R, S>(
-    mut system: ClosedLoop<'_, N, A, D, B, C, R>,
+pub(super) fn rk4<const N: usize, A, D, L, C, R, S>(
+    mut system: ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
     mut motion: Motion<N>,
     mut record: Recorder<N>,
@@ -30,7 +30,7 @@ pub(super) fn rk4<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {
@@ -68,8 +68,8 @@ where
 }
 
 /// Dormand-Prince with error control; the rows come from its dense output.
-pub(super) fn dp54<const N: usize, A, D, B, C, R, S>(
-    mut system: ClosedLoop<'_, N, A, D, B, C, R>,
+pub(super) fn dp54<const N: usize, A, D, L, C, R, S>(
+    mut system: ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
     mut motion: Motion<N>,
     mut record: Recorder<N>,
@@ -79,7 +79,7 @@ pub(super) fn dp54<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {
@@ -143,8 +143,8 @@ where
 
 /// A step of Dormand-Prince from `t`, first tried with the length `h`, with the rows within it, and q̈ at its end; `None` if
 /// none met the tolerance.
-fn by_dp54<const N: usize, A, D, B, C, R, S>(
-    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+fn by_dp54<const N: usize, A, D, L, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
     motion: &Motion<N>,
     start: &Start<N>,
@@ -155,7 +155,7 @@ fn by_dp54<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {
@@ -189,8 +189,8 @@ where
 }
 
 /// A step with friction solved for, up to the next row.
-fn by_stiff_steps<const N: usize, A, D, B, C, R, S>(
-    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+fn by_stiff_steps<const N: usize, A, D, L, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
     motion: &Motion<N>,
     start: &Start<N>,
@@ -201,7 +201,7 @@ fn by_stiff_steps<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {
@@ -220,8 +220,8 @@ fn blame(lost_reference: bool, cause: Cause) -> Cause {
 }
 
 /// Evaluates the loop inside the step that was just taken, at time `t`, θ h after its start, in the place of the last stage.
-fn dense<const N: usize, A, D, B, C, R, S>(
-    system: &mut ClosedLoop<'_, N, A, D, B, C, R>,
+fn dense<const N: usize, A, D, L, C, R, S>(
+    system: &mut ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
     (t, h, theta): (f64, f64, f64),
     motion: &Motion<N>,
@@ -229,7 +229,7 @@ fn dense<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {

@@ -86,7 +86,7 @@ impl<const N: usize> Run<N> {
     }
 
     /// Adds the desired motion and the error to a record of the motion alone, from the run's `reference` at the times of its
-    /// rows: the same as in a record of all signals. `wraps` are the controller's, `controller.arm.wraps()`.
+    /// rows: the same as in a record of all signals. `wraps` are the controller's, `controller.law.wraps()`.
     pub fn add_reference<R: Reference<N>>(&mut self, reference: &R, wraps: &[bool; N]) {
         for k in self.q_d.len()..self.t.len() {
             let (q, dq) = (self.q[k].into(), self.dq[k].into());

@@ -12,7 +12,7 @@ use super::run::Run;
 use super::status::Cause;
 use super::stiff::{self, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
-use crate::control::{Audit, Command, Compensator, ComputedTorque, Sample, State};
+use crate::control::{Audit, Command, Compensator, Controller, Law, Sample, State};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
@@ -191,20 +191,20 @@ fn parts<const N: usize>(
 }
 
 /// Plant, sampled controller and reference.
-pub(super) struct Sampled<'a, const N: usize, A, D, B, C, R> {
+pub(super) struct Sampled<'a, const N: usize, A, D, L, C, R> {
     pub plant: &'a Plant<N, A, D>,
-    pub controller: &'a ComputedTorque<N, B, C>,
+    pub controller: &'a Controller<N, L, C>,
     pub reference: &'a R,
     /// Rows in a control period.
     pub hold: usize,
     pub method: Method,
 }
 
-impl<const N: usize, A, D, B, C, R> Sampled<'_, N, A, D, B, C, R>
+impl<const N: usize, A, D, L, C, R> Sampled<'_, N, A, D, L, C, R>
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     R: Reference<N>,
 {
     /// The loop that a user would write: step the controller, hold its torque.

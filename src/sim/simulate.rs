@@ -10,7 +10,7 @@ use super::recorder::Recorder;
 use super::run::Run;
 use super::sampled::Sampled;
 use crate::arm::Arm;
-use crate::control::{Compensator, ComputedTorque, State};
+use crate::control::{Compensator, Controller, Law, State};
 use crate::error::{Error, Result};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
@@ -26,9 +26,9 @@ use crate::reference::Reference;
 /// continuous time, where no step bounds the change. `record_every`: the record would take more than
 /// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has. `channels`: a signal of the compensator's own has the
 /// name of another.
-pub fn simulate<const N: usize, A, D, B, C, R, S>(
+pub fn simulate<const N: usize, A, D, L, C, R, S>(
     plant: &Plant<N, A, D>,
-    controller: &ComputedTorque<N, B, C>,
+    controller: &Controller<N, L, C>,
     state: &mut State<N, S>,
     reference: &R,
     options: &Options<N>,
@@ -37,7 +37,7 @@ pub fn simulate<const N: usize, A, D, B, C, R, S>(
 where
     A: Arm<N>,
     D: Disturbance<N>,
-    B: Arm<N>,
+    L: Law<N>,
     C: Compensator<N, S>,
     R: Reference<N>,
 {

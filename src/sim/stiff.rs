@@ -24,7 +24,7 @@
 use super::doubt::Coarse;
 use super::integrators::{Motion, RK4};
 use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
-use crate::control::Stage;
+use crate::control::{Law, Stage};
 use crate::math::{Matrix, Vector};
 
 /// Rows 2 to 5 of ā, without their first column of zeros.
@@ -90,20 +90,17 @@ pub(super) fn beyond_rk4<const N: usize>(
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
 }
 
-/// What opposes the motion of the plant's joints, less what the controller's arm knows of it. That is left out where it is not
+/// What opposes the motion of the plant's joints, less what the controller's law knows of it. That is left out where it is not
 /// covered: the rest would drive the joint.
-pub(super) fn cancelled<const N: usize>(
-    plant: &impl Arm<N>,
-    nominal: &impl Arm<N>,
-) -> [Resistance; N] {
-    let mut laws = Resistance::of(plant);
-    for (joint, law) in laws.iter_mut().enumerate() {
-        let known = nominal.joint_friction(joint);
-        if law.friction.covers(&known) {
-            law.known = known;
+pub(super) fn cancelled<const N: usize>(plant: &impl Arm<N>, law: &impl Law<N>) -> [Resistance; N] {
+    let mut resistances = Resistance::of(plant);
+    for (joint, resistance) in resistances.iter_mut().enumerate() {
+        let known = law.joint_friction(joint);
+        if resistance.friction.covers(&known) {
+            resistance.known = known;
         }
     }
-    laws
+    resistances
 }
 
 /// f̂(q̇) [N·m].

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 
 use steadyarm::arm::TwoLink;
 use steadyarm::control::{
-    Adaptation, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState, Inputs,
+    Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, FuzzyState, Inputs,
     NoCompensation, State,
 };
 use steadyarm::fuzzy::Form;
@@ -18,8 +18,8 @@ use steadyarm::sim::{Options, Run, Window, metrics, simulate};
 
 pub type Arm = TwoLink;
 pub type PaperPlant = Plant<2, TwoLink, Sines<2, [Harmonic<2>; 1]>>;
-pub type Plain = ComputedTorque<2, TwoLink, NoCompensation>;
-pub type Adaptive = ComputedTorque<2, TwoLink, FuzzyCompensator<2>>;
+pub type Plain = Controller<2, ComputedTorque<2, TwoLink>, NoCompensation>;
+pub type Adaptive = Controller<2, ComputedTorque<2, TwoLink>, FuzzyCompensator<2>>;
 pub type AdaptiveState = State<2, FuzzyState<2, Vec<f64>>>;
 
 pub const FORMS: [Form; 4] = [Form::Grid, Form::Shared, Form::Concat, Form::PerJoint { joints: 2 }];
@@ -38,8 +38,13 @@ pub fn reference() -> PaperSines {
     paper::reference().unwrap()
 }
 
+/// The law of the paper's controllers.
+pub fn nominal_law() -> ComputedTorque<2, TwoLink> {
+    ComputedTorque::new(paper::nominal().unwrap(), paper::gains().unwrap())
+}
+
 pub fn plain() -> Plain {
-    ComputedTorque::new(paper::nominal().unwrap(), paper::gains().unwrap(), NoCompensation)
+    Controller::new(nominal_law(), NoCompensation)
 }
 
 /// Simulation 3 in a reading, with the paper's inputs and law.
@@ -69,7 +74,7 @@ pub fn with_parameters(form: Form, normalized: bool, parameters: FuzzyParameters
         paper::basis(Reading { form, normalized, gain: 1.0 }, parameters.inputs.len(2)).unwrap();
     let gains = paper::gains().unwrap();
     let compensator = FuzzyCompensator::new(basis, &gains, parameters).unwrap();
-    ComputedTorque::new(paper::nominal().unwrap(), gains, compensator)
+    Controller::new(nominal_law(), compensator)
 }
 
 /// Every robust modification at once, strong enough to act on the paper's runs.

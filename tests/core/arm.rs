@@ -46,17 +46,11 @@ impl Arm<2> for Plain {
     fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
         self.0.mass_matrix(q)
     }
-    fn coriolis(&self, q: &Vector<2>, dq: &Vector<2>) -> Matrix<2> {
-        self.0.coriolis(q, dq)
-    }
-    fn gravity(&self, q: &Vector<2>) -> Vector<2> {
-        self.0.gravity(q)
+    fn rigid_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
+        self.0.rigid_bias(q, dq)
     }
     fn friction(&self, dq: &Vector<2>) -> Vector<2> {
         self.0.friction(dq)
-    }
-    fn potential_energy(&self, q: &Vector<2>) -> f64 {
-        self.0.potential_energy(q)
     }
 }
 
@@ -139,6 +133,9 @@ proptest! {
         let plain = Plain(arm);
         let size = 1.0 + arm.bias(&q, &dq).amax();
         prop_assert!((arm.bias(&q, &dq) - plain.bias(&q, &dq)).amax() < ROUNDING * size);
+        let off = arm.coriolis(&q, &dq) - plain.coriolis(&q, &dq);
+        prop_assert!(off.amax() < ROUNDING * size);
+        prop_assert!((arm.gravity(&q) - plain.gravity(&q)).amax() < ROUNDING * size);
         let (mass, bias) = plain.mass_matrix_and_bias(&q, &dq);
         prop_assert_eq!(mass, arm.mass_matrix(&q));
         prop_assert!((arm.bias(&q, &dq) - bias).amax() < ROUNDING * size);

@@ -19,7 +19,7 @@ const SAMPLES: usize = 256;
 const HARMONICS: usize = 24;
 
 fn report(controller: &Adaptive, conditions: &Conditions<'_>) -> Report<2> {
-    Report::new(&controller.gains, &controller.compensator, conditions).unwrap()
+    Report::new(&controller.law.gains, &controller.compensator, conditions).unwrap()
 }
 
 /// Harmonics of `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` along the paper's reference, (amplitude, frequency) of a joint.
@@ -142,7 +142,7 @@ fn inputs_other_than_the_error_are_judged_at_the_origin() {
 fn each_condition_that_makes_no_sense_is_named() {
     let controller = adaptive(Form::Shared, true, 7.0);
     let refused = |conditions: Conditions<'_>| {
-        let report = Report::new(&controller.gains, &controller.compensator, &conditions);
+        let report = Report::new(&controller.law.gains, &controller.compensator, &conditions);
         report.unwrap_err().parameter()
     };
     let good = Conditions::default();

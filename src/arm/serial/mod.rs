@@ -229,6 +229,11 @@ impl<const N: usize> Serial<N> {
         tau
     }
 
+    /// Potential energy U(q) [J]; G = ∂U/∂q.
+    pub fn potential_energy(&self, q: &Vector<N>) -> f64 {
+        self.chain.potential_energy(&self.chain.turns(q))
+    }
+
     #[inline(always)]
     fn bias_at(&self, turns: &[space::Turn; N], dq: &Vector<N>) -> Vector<N> {
         self.add_friction(self.chain.inverse(turns, dq, None, self.upward()), dq)
@@ -249,8 +254,8 @@ impl<const N: usize> Arm<N> for Serial<N> {
         self.chain.coriolis(&self.chain.turns(q), dq)
     }
 
-    fn gravity(&self, q: &Vector<N>) -> Vector<N> {
-        self.chain.inverse(&self.chain.turns(q), &Vector::zeros(), None, self.upward())
+    fn rigid_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+        self.chain.inverse(&self.chain.turns(q), dq, None, self.upward())
     }
 
     fn joint_friction(&self, joint: usize) -> JointFriction {
@@ -271,10 +276,6 @@ impl<const N: usize> Arm<N> for Serial<N> {
 
     fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         self.add_stop_torques(Vector::zeros(), q, dq)
-    }
-
-    fn potential_energy(&self, q: &Vector<N>) -> f64 {
-        self.chain.potential_energy(&self.chain.turns(q))
     }
 
     fn rigid_dynamics(

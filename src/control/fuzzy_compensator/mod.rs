@@ -1,4 +1,4 @@
-//! The fuzzy compensator ρ̂ = W ξ(x) (12)-(13) with the adaptive law (18).
+//! The fuzzy compensator ρ̂ = W ξ(x) (12)-(13) with the update law (18).
 //!
 //! Over a step the weights change by a sum of rank-one terms, `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage
 //! needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the weights are read once a stage and written once a step.
@@ -8,43 +8,19 @@ mod step;
 
 pub use state::FuzzyState;
 
-use super::law::{Law, MAX_WEIGHT};
 use super::memory::{Buffer, Memory};
-use super::{Adaptation, Gains, Inputs, MAX_STAGES};
+use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
+use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
 use crate::fuzzy::kernels::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::riccati::JointSolution;
 
-/// What a fuzzy compensator is made from, beside its basis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FuzzyParameters<const N: usize> {
-    /// The signals that the basis sees.
-    pub inputs: Inputs,
-    /// Diagonal of Q for e, of each joint.
-    pub q_position: [f64; N],
-    /// Diagonal of Q for ė, of each joint.
-    pub q_velocity: [f64; N],
-    /// Attenuation level γ of (19); the paper's is 1.
-    pub gamma: f64,
-    /// Gain and robust modifications.
-    pub adaptation: Adaptation<N>,
-}
-
-impl<const N: usize> Default for FuzzyParameters<N> {
-    /// The paper's: inputs (e, ė), Q = 10 I, γ = 1.
-    fn default() -> Self {
-        let adaptation = Adaptation::default();
-        let (q_position, q_velocity) = ([10.0; N], [10.0; N]);
-        Self { inputs: Inputs::error(), q_position, q_velocity, gamma: 1.0, adaptation }
-    }
-}
-
 /// The compensator's configuration, with P solved for. Immutable.
 #[derive(Clone, Debug)]
 pub struct FuzzyCompensator<const N: usize> {
     basis: FuzzyBasis,
-    law: Law<N>,
+    update: Update<N>,
     places: Places,
 }
 
@@ -66,8 +42,9 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// A compensator for these feedback gains; solves (19) for P.
     ///
     /// # Errors
-    /// `inputs`: the basis has another number of inputs, or of joints. `gain`, `leak_rate`, …: see [`Adaptation`].
-    /// `q`, `gamma`: out of range, or [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
+    /// `inputs`: the basis has another number of inputs, or of joints. `gain`, `leak_rate`, …: see
+    /// [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
+    /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
         basis: FuzzyBasis,
         gains: &Gains<N>,
@@ -77,9 +54,9 @@ impl<const N: usize> FuzzyCompensator<N> {
         if let Form::PerJoint { joints } = basis.form() {
             length("joints", joints, N)?;
         }
-        let law = Law::new(gains, parameters)?;
+        let update = Update::new(gains, parameters)?;
         let places = Places::new(&basis, N, parameters.adaptation.pulls());
-        Ok(Self { basis, law, places })
+        Ok(Self { basis, update, places })
     }
 
     /// The basis ξ.
@@ -89,12 +66,12 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// The parameters it was made from.
     pub fn parameters(&self) -> &FuzzyParameters<N> {
-        &self.law.parameters
+        &self.update.parameters
     }
 
     /// P, joint by joint.
     pub fn p(&self) -> &[JointSolution; N] {
-        &self.law.p
+        &self.update.p
     }
 
     /// Number of weights, N × rules (per-joint bases: N × rules of a joint).
@@ -227,7 +204,7 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// W − W₀, and W₀ where something pulls the weights to it.
     pub(super) fn matrices(&self) -> usize {
-        if self.law.parameters.adaptation.pulls() { 2 } else { 1 }
+        if self.update.parameters.adaptation.pulls() { 2 } else { 1 }
     }
 
     /// Block of the basis that joint n uses.

@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{FuzzyCompensator, FuzzyState, Places};
-use crate::control::{Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
+use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::fuzzy::kernels::{accumulate, contract, flush};
 use crate::math::Vector;
@@ -21,8 +21,15 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
     }
 
-    fn hold(&self, state: &mut FuzzyState<N, B>, index: usize) {
-        state.stages.hold(index);
+    #[inline]
+    fn acted(
+        &self,
+        state: &mut FuzzyState<N, B>,
+        index: usize,
+        _: &Sample<N>,
+        applied: &Applied<N>,
+    ) {
+        state.stages.acted(index, applied);
     }
 
     fn advance(&self, state: &mut FuzzyState<N, B>, end: &Stage<'_>) -> Result<()> {
@@ -32,8 +39,8 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         }
         let count = end.index;
         let stages = &mut state.stages;
-        self.law.finish(stages, &state.norms, end, self.basis.xi_bound())?;
-        let adaptation = &self.law.parameters.adaptation;
+        self.update.finish(stages, &state.norms, end, self.basis.xi_bound())?;
+        let adaptation = &self.update.parameters.adaptation;
         if adaptation.projection_radius.is_finite() {
             let mix = stages.mixes[count];
             let norms = stages.norms_squared(&mix, count, &state.norms);
@@ -63,7 +70,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
 
     #[inline(always)]
     fn audit(&self, state: &FuzzyState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
-        Some(self.law.audit(&state.stages, i, sample, state.frozen))
+        Some(self.update.audit(&state.stages, i, sample, state.frozen))
     }
 }
 
@@ -84,10 +91,10 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
         let i = stage.index;
         compensator.activate(simd, state, i, sample);
         compensator.correlate(simd, state, stage);
-        let (law, frozen) = (&compensator.law, state.frozen);
-        law.mix(&mut state.stages, stage, law.leak_rate(frozen));
+        let (update, frozen) = (&compensator.update, state.frozen);
+        update.mix(&mut state.stages, stage, update.leak_rate(frozen));
         compensator.contract(simd, state, i);
-        law.learn(&mut state.stages, &state.norms, i, sample, frozen);
+        update.learn(&mut state.stages, &state.norms, i, sample, frozen);
         state.stages.prior[i] + state.stages.learnt[i]
     }
 }
@@ -121,7 +128,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         let memory = state.memory.as_mut_slice();
         let (activations, rest) = memory[stages..].split_at_mut(x - stages);
         let (x, scratch) = rest.split_at_mut(scratch - x);
-        self.law.parameters.inputs.gather(sample, x);
+        self.update.parameters.inputs.gather(sample, x);
         self.basis.activate(simd, x, scratch, &mut activations[i * stage..(i + 1) * stage]);
         state.stages.known[i] = 0;
     }
@@ -170,12 +177,12 @@ impl<const N: usize> FuzzyCompensator<N> {
         stage: &Stage<'_>,
     ) {
         let i = stage.index;
-        if self.law.needs_norms(i) {
+        if self.update.needs_norms(i) {
             for j in 0..=i {
                 self.products_with(simd, state, j, |_| true);
             }
         } else {
-            let squared = self.law.parameters.adaptation.normalization > 0.0;
+            let squared = self.update.parameters.adaptation.normalization > 0.0;
             let used = |j: usize| stage.coefficients.get(j).map_or(squared, |a| *a != 0.0);
             self.products_with(simd, state, i, used);
         }

@@ -47,7 +47,7 @@ impl<const N: usize> KernelCompensator<N> {
             }
         }
         state.norms.apply(|norm| *norm = norm.max(0.0));
-        let retraction = self.law.parameters.adaptation.retraction(state.norms.sum());
+        let retraction = self.update.parameters.adaptation.retraction(state.norms.sum());
         if retraction != 1.0 {
             self.fade(state, 0, &Vector::repeat(retraction));
         }

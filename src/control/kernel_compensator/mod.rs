@@ -4,7 +4,7 @@
 //! W = Σ_k c_k ξ(x_k)ᵀ,    ρ̂(x) = Σ_k c_k k(x_k, x),    k(x, y) = ξ(x)·ξ(y) = ∏ᵢ pᵢ(x)·pᵢ(y)
 //! ```
 //!
-//! The law (18) adds a coefficient at the present state and lets the others fade, so W never needs the rules: a
+//! The update law (18) adds a coefficient at the present state and lets the others fade, so W never needs the rules: a
 //! dictionary of atoms x_k, each with its memberships pᵢ and its coefficients c_k, holds all of it. It has a capacity:
 //!
 //! - a term `c ξ(x)` whose nearest atom is close becomes `c k(x, x_k)/k(x_k, x_k) ξ(x_k)`, its projection. What is lost
@@ -26,8 +26,8 @@ mod tests;
 
 pub use state::KernelState;
 
-use super::law::Law;
 use super::memory::{Buffer, Memory};
+use super::update::Update;
 use super::{FuzzyParameters, Gains, MAX_STAGES};
 use crate::error::{Result, at_most, length, not_empty, within};
 use crate::fuzzy::KernelBasis;
@@ -72,7 +72,7 @@ impl KernelParameters {
 #[derive(Clone, Debug)]
 pub struct KernelCompensator<const N: usize> {
     basis: KernelBasis,
-    law: Law<N>,
+    update: Update<N>,
     kernel: KernelParameters,
     places: Places,
 }
@@ -116,9 +116,9 @@ impl<const N: usize> KernelCompensator<N> {
     ) -> Result<Self> {
         length("inputs", basis.inputs(), parameters.inputs.len(N))?;
         kernel.validate()?;
-        let law = Law::new(gains, parameters)?;
+        let update = Update::new(gains, parameters)?;
         let places = Places::new(&basis, N, kernel.capacity);
-        Ok(Self { basis, law, kernel, places })
+        Ok(Self { basis, update, kernel, places })
     }
 
     /// The basis ξ.
@@ -126,9 +126,9 @@ impl<const N: usize> KernelCompensator<N> {
         &self.basis
     }
 
-    /// The parameters of the law.
+    /// The parameters of the update law.
     pub fn parameters(&self) -> &FuzzyParameters<N> {
-        &self.law.parameters
+        &self.update.parameters
     }
 
     /// The parameters of the dictionary.
@@ -138,7 +138,7 @@ impl<const N: usize> KernelCompensator<N> {
 
     /// P, joint by joint.
     pub fn p(&self) -> &[JointSolution; N] {
-        &self.law.p
+        &self.update.p
     }
 
     /// Length of the buffer that a [`KernelState`] needs.

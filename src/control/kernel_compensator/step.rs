@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{KernelCompensator, KernelState, Places};
-use crate::control::{Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
+use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
 use crate::error::Result;
 use crate::fuzzy::kernels::dot;
 use crate::math::Vector;
@@ -29,8 +29,15 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
     }
 
-    fn hold(&self, state: &mut KernelState<N, B>, index: usize) {
-        state.stages.hold(index);
+    #[inline]
+    fn acted(
+        &self,
+        state: &mut KernelState<N, B>,
+        index: usize,
+        _: &Sample<N>,
+        applied: &Applied<N>,
+    ) {
+        state.stages.acted(index, applied);
     }
 
     fn advance(&self, state: &mut KernelState<N, B>, end: &Stage<'_>) -> Result<()> {
@@ -38,7 +45,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
             return Ok(());
         }
         let count = end.index;
-        self.law.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
+        self.update.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
         Arch::new().dispatch(Write { compensator: self, state, count });
         Ok(())
     }
@@ -49,7 +56,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
     }
 
     fn audit(&self, state: &KernelState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
-        Some(self.law.audit(&state.stages, i, sample, state.frozen))
+        Some(self.update.audit(&state.stages, i, sample, state.frozen))
     }
 
     fn channels(&self) -> &'static [Channel] {
@@ -79,9 +86,9 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
         let i = stage.index;
         compensator.evaluate(simd, state, i, sample);
         compensator.correlate(simd, state, stage);
-        let (law, frozen) = (&compensator.law, state.frozen);
-        law.mix(&mut state.stages, stage, law.leak_rate(frozen));
-        law.learn(&mut state.stages, &state.norms, i, sample, frozen);
+        let (update, frozen) = (&compensator.update, state.frozen);
+        update.mix(&mut state.stages, stage, update.leak_rate(frozen));
+        update.learn(&mut state.stages, &state.norms, i, sample, frozen);
         state.stages.learnt[i]
     }
 }
@@ -119,7 +126,7 @@ impl<const N: usize> KernelCompensator<N> {
         let (rows, rest) = rest.split_at_mut(stages - kernels);
         let (memberships, x) = rest.split_at_mut(x - stages);
         let x = &mut x[..self.basis.inputs()];
-        self.law.parameters.inputs.gather(sample, x);
+        self.update.parameters.inputs.gather(sample, x);
         let memberships = &mut memberships[i * stage..(i + 1) * stage];
         self.basis.activate(simd, x, memberships);
         let out = &mut rows[i * row..][..used];
@@ -140,7 +147,7 @@ impl<const N: usize> KernelCompensator<N> {
         stage: &Stage<'_>,
     ) {
         let i = stage.index;
-        if self.law.needs_norms(i) {
+        if self.update.needs_norms(i) {
             for j in 0..=i {
                 (0..=j).for_each(|k| self.product(simd, state, j, k));
             }

@@ -51,7 +51,7 @@ fn every_instruction_set_gives_the_same_bits() {
             compensator.advance(&mut left, &Stage::after(0.01)).unwrap();
             let end = Stage::after(0.01);
             let (count, bound) = (end.index, compensator.basis.xi_bound());
-            compensator.law.finish(&mut right.stages, &right.norms, &end, bound).unwrap();
+            compensator.update.finish(&mut right.stages, &right.norms, &end, bound).unwrap();
             let write = Write { compensator: &compensator, state: &mut right, count };
             write.with_simd(Scalar);
         }

@@ -25,6 +25,7 @@ fn close<const R: usize, const C: usize>(
 
 on_chains!(mass_matrix_gravity_and_potential_energy_are_lagranges);
 on_chains!(coriolis_is_christoffels);
+on_chains!(coriolis_and_gravity_follow_from_the_bias);
 on_chains!(mass_matrix_is_symmetric_positive_definite);
 on_chains!(mass_matrix_has_the_columns_of_inverse_dynamics);
 on_chains!(forward_dynamics_inverts_inverse_dynamics);
@@ -84,6 +85,31 @@ mod of {
     pub fn coriolis_is_christoffels<const N: usize>(arm: &Serial<N>, random: &mut Random) {
         let (q, dq) = (vector(random, 3.0), vector(random, 2.0));
         close(&arm.coriolis(&q, &dq), &chains::christoffel(arm, &q, &dq).0, DIFFERENCE);
+    }
+
+    /// The same chain with nothing overridden.
+    struct Bare<'a, const N: usize>(&'a Serial<N>);
+
+    impl<const N: usize> Arm<N> for Bare<'_, N> {
+        fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
+            self.0.mass_matrix(q)
+        }
+        fn rigid_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
+            self.0.rigid_bias(q, dq)
+        }
+    }
+
+    /// M and C q̇ + G say all the rest: C is the same matrix, not only the same product with q̇.
+    pub fn coriolis_and_gravity_follow_from_the_bias<const N: usize>(
+        arm: &Serial<N>,
+        random: &mut Random,
+    ) {
+        let (q, dq) = (vector(random, 3.0), vector(random, 2.0));
+        let bare = Bare(arm);
+        close(&bare.coriolis(&q, &dq), &arm.coriolis(&q, &dq), 10.0 * ROUNDING);
+        close(&bare.gravity(&q), &arm.gravity(&q), ROUNDING);
+        let moving = arm.bias(&q, &dq) - arm.friction(&dq);
+        close(&(bare.coriolis(&q, &dq) * dq + bare.gravity(&q)), &moving, 10.0 * ROUNDING);
     }
 
     pub fn mass_matrix_is_symmetric_positive_definite<const N: usize>(

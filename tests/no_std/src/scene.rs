@@ -1,8 +1,7 @@
 //! The controller that the C program steps, and that the test with std steps beside it.
 
 use steadyarm::Result;
-use steadyarm::arm::TwoLink;
-use steadyarm::control::{Buffer, ComputedTorque, FuzzyCompensator, FuzzyState, Limits, State};
+use steadyarm::control::{Buffer, FuzzyState, Limits, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::paper::{self, Reading};
@@ -14,7 +13,7 @@ pub const MEMORY: usize = 4096;
 const PERIOD: f64 = 1e-3;
 
 pub struct Tracker<B: Buffer> {
-    controller: ComputedTorque<2, TwoLink, FuzzyCompensator<2>>,
+    controller: paper::PaperController,
     reference: paper::PaperSines,
     state: State<2, FuzzyState<2, B>>,
 }

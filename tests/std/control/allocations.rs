@@ -2,7 +2,7 @@
 
 use crate::common::{self, Random, adaptive, everything, fresh, modified};
 use crate::counting::calls_during;
-use steadyarm::control::{ComputedTorque, Inputs, Limits, NoCompensation, State};
+use steadyarm::control::{Controller, Inputs, Limits, NoCompensation, State};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::{Reference, Setpoint};
@@ -58,7 +58,7 @@ fn a_million_steps_allocate_nothing_errors_included() {
 #[test]
 fn plain_steps_and_the_continuous_loop_allocate_nothing() {
     let (plant, reference) = (common::plant(), common::reference());
-    let plain = ComputedTorque::new(common::plain().arm, common::plain().gains, NoCompensation);
+    let plain = Controller::new(common::nominal_law(), NoCompensation);
     let adaptive = adaptive(Form::Concat, false, 7.0);
     let (mut memory, mut state) = (State::new(()), fresh(&adaptive).compensator);
     let mut motion = Motion::<2>::zeros();

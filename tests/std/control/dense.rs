@@ -60,9 +60,10 @@ impl Dense<'_> {
                 z[k] = grow * (drive[n] * xi_of(n)[j] - a.gain[n] * pull * d[k]);
             }
         }
-        let v = controller.gains.acceleration(&steadyarm::control::Sample::new(y.q, y.dq, desired));
+        let v =
+            controller.law.gains.acceleration(&steadyarm::control::Sample::new(y.q, y.dq, desired));
         let tau = steadyarm::arm::Arm::inverse_dynamics(
-            &controller.arm,
+            &controller.law.arm,
             &y.q,
             &y.dq,
             &(v - learnt - prior),

@@ -9,7 +9,7 @@ use proptest::test_runner::RngSeed;
 use steadyarm::Error;
 use steadyarm::arm::TwoLink;
 use steadyarm::control::{
-    Adaptation, Compensator, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState,
+    self, Adaptation, Compensator, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState,
     KernelCompensator, KernelParameters, KernelState, Limits, NoCompensation, State,
 };
 use steadyarm::fuzzy::{Axis, KernelBasis};
@@ -144,7 +144,7 @@ fn limits() -> impl Strategy<Value = Limits<2>> {
     })
 }
 
-type Controller<C> = ComputedTorque<2, TwoLink, C>;
+type Controller<C> = control::Controller<2, ComputedTorque<2, TwoLink>, C>;
 
 /// A step on a random sample: the torque to the bit, and the terms of the identity; or the refusal.
 fn step<C: Subject>(
@@ -264,7 +264,8 @@ fn assert_same<C: Subject>(
 /// The two promises, after any history, and on top of any other.
 fn assert_kept<C: Subject>(compensator: C, limits: Limits<2>, history: &[Act], other: &[Act]) {
     let (arm, gains) = (paper::nominal().unwrap(), paper::gains().unwrap());
-    let controller = ComputedTorque::new(arm, gains, compensator).with_limits(limits).unwrap();
+    let law = ComputedTorque::new(arm, gains);
+    let controller = Controller::new(law, compensator).with_limits(limits).unwrap();
     let fresh = || State::new(controller.compensator.own());
 
     let mut state = fresh();

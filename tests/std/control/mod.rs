@@ -1,9 +1,10 @@
 //! The controller: one step of it, the adaptive law against a dense integration, the robust modifications, what may be
-//! done to the weights, and the refusals.
+//! done to the weights, the refusals, and laws from outside.
 
 mod allocations;
 mod dense;
 mod histories;
+mod rival;
 mod saving;
 mod step;
 mod weights;

@@ -4,7 +4,9 @@ use crate::common::{
     self, Adaptive, AdaptiveState, Random, adaptive, bits, everything, fresh, modified, weights,
 };
 use steadyarm::arm::Arm;
-use steadyarm::control::{Command, ComputedTorque, Gains, Inputs, Limits, NoCompensation, State};
+use steadyarm::control::{
+    Command, ComputedTorque, Controller, Gains, Inputs, Limits, NoCompensation, State,
+};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::{Matrix, Vector};
 use steadyarm::paper;
@@ -94,32 +96,25 @@ fn weights_that_would_overflow_are_refused_and_stay() {
 }
 
 /// An arm whose inertia has no number.
+#[derive(Clone, Copy)]
 struct Broken;
 
 impl Arm<2> for Broken {
     fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
         Matrix::<2>::identity() / (q[0] - 1.0).max(0.0)
     }
-    fn coriolis(&self, _: &Vector<2>, _: &Vector<2>) -> Matrix<2> {
-        Matrix::<2>::zeros()
-    }
-    fn gravity(&self, _: &Vector<2>) -> Vector<2> {
+    fn rigid_bias(&self, _: &Vector<2>, _: &Vector<2>) -> Vector<2> {
         Vector::zeros()
-    }
-    fn friction(&self, _: &Vector<2>) -> Vector<2> {
-        Vector::zeros()
-    }
-    fn potential_energy(&self, _: &Vector<2>) -> f64 {
-        0.0
     }
 }
 
 #[test]
 fn a_torque_that_is_no_number_is_refused_even_inside_an_effort_limit() {
     let gains = paper::gains().unwrap();
-    let plain = ComputedTorque::new(Broken, gains, NoCompensation);
+    let law = ComputedTorque::new(Broken, gains);
+    let plain = Controller::new(law, NoCompensation);
     let limits = Limits { effort_limit: [5.0; 2], ..Limits::default() };
-    let limited = plain.clone_with(limits);
+    let limited = Controller::new(law, NoCompensation).with_limits(limits).unwrap();
     let desired = Setpoint::at_rest(Vector::zeros());
     for controller in [plain, limited] {
         let mut state = State::new(());
@@ -129,16 +124,6 @@ fn a_torque_that_is_no_number_is_refused_even_inside_an_effort_limit() {
         assert!(matches!(error.problem(), Problem::NotFinite { .. }), "{error}");
         assert_eq!(error.parameter(), "tau");
         assert_eq!(state, State::new(()));
-    }
-}
-
-trait CloneWith {
-    fn clone_with(&self, limits: Limits<2>) -> Self;
-}
-
-impl CloneWith for ComputedTorque<2, Broken> {
-    fn clone_with(&self, limits: Limits<2>) -> Self {
-        ComputedTorque::new(Broken, self.gains, NoCompensation).with_limits(limits).unwrap()
     }
 }
 
@@ -224,7 +209,7 @@ fn unlimited_torque_is_the_exact_sum_of_its_parts() {
         assert!(!command.limited);
         assert_eq!(command.tau, command.model + command.compensation);
         let q = Vector::<2>::new(x[0], x[1]);
-        let expected = -(controller.arm.mass_matrix(&q) * command.rho_hat);
+        let expected = -(controller.law.arm.mass_matrix(&q) * command.rho_hat);
         assert!((command.compensation - expected).norm() <= 1e-14 * (1.0 + expected.norm()));
     }
 }

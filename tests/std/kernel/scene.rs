@@ -3,7 +3,7 @@
 
 use steadyarm::arm::{Arm, TwoLink};
 use steadyarm::control::{
-    Adaptation, ComputedTorque, FuzzyParameters, Gains, Inputs, KernelCompensator,
+    Adaptation, ComputedTorque, Controller, FuzzyParameters, Gains, Inputs, KernelCompensator,
     KernelParameters, KernelState, State,
 };
 use steadyarm::fuzzy::{Axis, Form, KernelBasis};
@@ -12,7 +12,7 @@ use steadyarm::paper::{self, CENTERS, WIDTH};
 
 use crate::common::{self, Adaptive, with_parameters};
 
-pub type Kernel = ComputedTorque<2, TwoLink, KernelCompensator<2>>;
+pub type Kernel = Controller<2, ComputedTorque<2, TwoLink>, KernelCompensator<2>>;
 pub type Memory<const N: usize> = State<N, KernelState<N, Vec<f64>>>;
 
 pub const PAPER_AXIS: Axis<'static> = Axis { centers: &CENTERS, widths: &[WIDTH] };
@@ -34,11 +34,11 @@ pub fn both(
     let kernel = KernelParameters { capacity, merge_tolerance };
     let gains = paper::gains().unwrap();
     let compensator = KernelCompensator::new(basis, &gains, parameters, kernel).unwrap();
-    (dense, ComputedTorque::new(paper::nominal().unwrap(), gains, compensator))
+    (dense, Controller::new(ComputedTorque::new(paper::nominal().unwrap(), gains), compensator))
 }
 
 pub fn fresh<const N: usize, A>(
-    controller: &ComputedTorque<N, A, KernelCompensator<N>>,
+    controller: &Controller<N, ComputedTorque<N, A>, KernelCompensator<N>>,
 ) -> Memory<N> {
     State::new(controller.compensator.state())
 }
@@ -94,17 +94,11 @@ impl<const N: usize> Arm<N> for Joints {
     fn mass_matrix(&self, _: &Vector<N>) -> Matrix<N> {
         Matrix::from_diagonal(&Vector::from_fn(|n, _| 2.0 / (n + 1) as f64))
     }
-    fn coriolis(&self, _: &Vector<N>, _: &Vector<N>) -> Matrix<N> {
-        Matrix::zeros()
-    }
-    fn gravity(&self, q: &Vector<N>) -> Vector<N> {
+    fn rigid_bias(&self, q: &Vector<N>, _: &Vector<N>) -> Vector<N> {
         q.map(|q| 3.0 * q)
     }
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
         dq * 0.1
-    }
-    fn potential_energy(&self, q: &Vector<N>) -> f64 {
-        1.5 * q.norm_squared()
     }
 }
 
@@ -113,11 +107,11 @@ pub fn joints<const N: usize>(
     normalized: bool,
     adaptation: Adaptation<N>,
     kernel: KernelParameters,
-) -> ComputedTorque<N, Joints, KernelCompensator<N>> {
+) -> Controller<N, ComputedTorque<N, Joints>, KernelCompensator<N>> {
     let basis = KernelBasis::new(normalized, &vec![PAPER_AXIS; 2 * N]).unwrap();
     let gains = Gains::new([8.0; N], [5.5; N]).unwrap();
     let inputs = Inputs::state();
     let parameters = FuzzyParameters { inputs, adaptation, ..FuzzyParameters::default() };
     let compensator = KernelCompensator::new(basis, &gains, parameters, kernel).unwrap();
-    ComputedTorque::new(Joints, gains, compensator)
+    Controller::new(ComputedTorque::new(Joints, gains), compensator)
 }

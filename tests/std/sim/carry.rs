@@ -2,8 +2,8 @@
 
 use crate::common::{adaptive, everything, fresh, law, modified, on, plant, reference};
 use steadyarm::control::{
-    Adaptation, Audit, Compensator, ComputedTorque, FuzzyCompensator, FuzzyState, Inputs, Sample,
-    Stage,
+    Adaptation, Applied, Audit, Compensator, Controller, FuzzyCompensator, FuzzyState, Inputs,
+    Sample, Stage,
 };
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -25,8 +25,8 @@ impl Compensator<2, Weights> for Again {
     fn estimate(&self, state: &mut Weights, stage: &Stage<'_>, sample: &Sample<2>) -> Vector<2> {
         self.0.estimate(state, stage, sample)
     }
-    fn hold(&self, state: &mut Weights, index: usize) {
-        Compensator::hold(&self.0, state, index);
+    fn acted(&self, state: &mut Weights, i: usize, sample: &Sample<2>, applied: &Applied<2>) {
+        self.0.acted(state, i, sample, applied);
     }
     fn advance(&self, state: &mut Weights, end: &Stage<'_>) -> steadyarm::Result<()> {
         self.0.advance(state, end)
@@ -80,8 +80,8 @@ fn a_carried_stage_is_the_evaluated_one() {
             let carried =
                 simulate(&plant(), &controller, &mut state, &reference(), &options(), on).unwrap();
             let mut state = fresh(&controller);
-            let ComputedTorque { arm, gains, compensator, .. } = controller;
-            let again = ComputedTorque::new(arm, gains, Again(compensator));
+            let Controller { law, compensator, .. } = controller;
+            let again = Controller::new(law, Again(compensator));
             let again =
                 simulate(&plant(), &again, &mut state, &reference(), &options(), on).unwrap();
             assert_same(&format!("{form:?} {name}"), tol, &carried, &again);
@@ -98,8 +98,8 @@ fn a_frozen_compensator_carries_too() {
     state.compensator.freeze();
     let mut other = state.clone();
     let carried = simulate(&plant(), &controller, &mut state, &reference(), &options(), on);
-    let ComputedTorque { arm, gains, compensator, .. } = controller;
-    let again = ComputedTorque::new(arm, gains, Again(compensator));
+    let Controller { law, compensator, .. } = controller;
+    let again = Controller::new(law, Again(compensator));
     let again = simulate(&plant(), &again, &mut other, &reference(), &options(), on);
     assert_same("frozen", ROUNDING, &carried.unwrap(), &again.unwrap());
 }

@@ -1,8 +1,8 @@
 //! The record as named channels: one declaration a signal, and those of a compensator beside them.
 
 use steadyarm::control::{
-    Audit, Channel, Compensator, ComputedTorque, KernelParameters, NoCompensation, Sample, Stage,
-    State, Width,
+    Applied, Audit, Channel, Compensator, ComputedTorque, Controller, KernelParameters, Sample,
+    Stage, State, Width,
 };
 use steadyarm::error::Result;
 use steadyarm::math::Vector;
@@ -43,7 +43,8 @@ fn columns_are_the_fields_by_name() {
     assert_eq!((run.values("v"), run.values("weights")), (None, None));
     let columns = run.clone().into_columns();
     let names: Vec<_> = columns.iter().map(|column| column.channel.name).collect();
-    let common = "t q dq q_d dq_d ddq_d e de tau tau_model tau_compensation rho rho_hat weights_norm V";
+    let common =
+        "t q dq q_d dq_d ddq_d e de tau tau_model tau_compensation rho rho_hat weights_norm V";
     assert_eq!(names.join(" "), format!("{common} atoms error_bound"));
     assert_eq!(Run::<2>::channels().count(), 15);
     for column in columns {
@@ -110,7 +111,7 @@ impl Compensator<2, f64> for Counting {
     fn estimate(&self, _: &mut f64, _: &Stage<'_>, _: &Sample<2>) -> Vector<2> {
         Vector::zeros()
     }
-    fn hold(&self, _: &mut f64, _: usize) {}
+    fn acted(&self, _: &mut f64, _: usize, _: &Sample<2>, _: &Applied<2>) {}
     fn advance(&self, count: &mut f64, _: &Stage<'_>) -> Result<()> {
         *count += 1.0;
         Ok(())
@@ -138,7 +139,7 @@ const SEEN: Channel = Channel { name: "seen", unit: "rad", width: Width::Joints,
 fn rows_between_samples_are_those_of_the_sample() {
     let (plant, reference, options) = (common::plant(), common::reference(), options());
     let (arm, gains) = (paper::nominal().unwrap(), paper::gains().unwrap());
-    let controller = ComputedTorque::new(arm, gains, Counting(&[COUNT, SEEN]));
+    let controller = Controller::new(ComputedTorque::new(arm, gains), Counting(&[COUNT, SEEN]));
     let options = Options { control_period: Some(4.0 * DT), ..options };
     let mut state = State::new(0.0);
     let run = simulate(&plant, &controller, &mut state, &reference, &options, on).unwrap();
@@ -155,7 +156,7 @@ fn two_signals_of_one_name_are_refused() {
     let (plant, reference) = (common::plant(), common::reference());
     let refused = |own: &'static [Channel], at: usize| {
         let (arm, gains) = (paper::nominal().unwrap(), paper::gains().unwrap());
-        let controller = ComputedTorque::new(arm, gains, Counting(own));
+        let controller = Controller::new(ComputedTorque::new(arm, gains), Counting(own));
         let mut state = State::new(0.0);
         let run = simulate(&plant, &controller, &mut state, &reference, &options(), on);
         let wanted = "channels of names that no other signal of the record has";
@@ -172,7 +173,7 @@ fn two_signals_of_one_name_are_refused() {
 fn no_compensator_adds_nothing() {
     let (plant, reference) = (common::plant(), common::reference());
     let mut state = State::new(());
-    let plain: ComputedTorque<2, _, NoCompensation> = common::plain();
+    let plain = common::plain();
     let run = simulate(&plant, &plain, &mut state, &reference, &options(), on).unwrap();
     assert!(run.own.is_empty() && run.v.is_empty());
 }

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use crate::common::{bits, everything, on};
 use steadyarm::arm::{Arm, Inertia, JointKind, Link, Pose, Serial, SerialParameters};
 use steadyarm::control::{
-    ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState, Gains, Sample, State,
+    self, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState, Gains, Sample, State,
 };
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::math::{Matrix, Vector};
@@ -18,7 +18,7 @@ use steadyarm::sim::{
     Method, Motion, Options, Record, Run, Status, Tolerance, hold_torque, simulate,
 };
 
-type Controller = ComputedTorque<2, Serial<2>, FuzzyCompensator<2>>;
+type Controller = control::Controller<2, ComputedTorque<2, Serial<2>>, FuzzyCompensator<2>>;
 type Memory = State<2, FuzzyState<2, Vec<f64>>>;
 
 /// A column that turns about the vertical, and an arm that turns about a horizontal axis on it.
@@ -43,7 +43,7 @@ fn controller(kinds: [JointKind; 2]) -> Controller {
     let compensator = FuzzyCompensator::new(basis, &gains, parameters).unwrap();
     let mut parameters = *arm(kinds).parameters();
     parameters.links.iter_mut().for_each(|link| link.inertia.mass = 1.5);
-    ComputedTorque::new(Serial::new(parameters).unwrap(), gains, compensator)
+    Controller::new(ComputedTorque::new(Serial::new(parameters).unwrap(), gains), compensator)
 }
 
 const ENDLESS: [JointKind; 2] = [JointKind::Continuous; 2];
@@ -190,6 +190,6 @@ fn the_loop_of_a_user_and_the_record_of_the_motion_have_the_same_bits() {
         at = hold_torque(&plant, &at, &command.tau, run.t[k], h);
     }
     let mut motion = tracked(reference, &Options { record: Record::Motion, ..options });
-    motion.add_reference(&reference, &controller.arm.wraps());
+    motion.add_reference(&reference, &controller.law.arm.wraps());
     assert_eq!(motion.e.concat(), run.e.concat());
 }

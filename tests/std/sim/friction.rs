@@ -6,8 +6,8 @@ use steadyarm::arm::{
     SerialParameters, TwoLink, TwoLinkParameters,
 };
 use steadyarm::control::{
-    Adaptation, ComputedTorque, FuzzyCompensator, FuzzyParameters, Gains, Inputs, NoCompensation,
-    State,
+    Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, Inputs,
+    NoCompensation, State,
 };
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::math::Vector;
@@ -75,11 +75,12 @@ fn a_comparison_on_a_light_stiff_wrist_is_not_turned_round() {
     for sampled in [false, true] {
         for (method, dt, tol) in [(Method::Rk4, 1e-3, 1e-4), (TIGHT, 1e-3, 1e-4)] {
             let options = options(dt, sampled, method);
-            let plain = ComputedTorque::new(nominal, gains, NoCompensation);
+            let plain = Controller::new(ComputedTorque::new(nominal, gains), NoCompensation);
             let run = simulate(&plant, &plain, &mut State::new(()), &path, &options, on).unwrap();
             assert_eq!(run.status, Status::Finished);
             assert!((rms(&run) / 248.829e-3 - 1.0).abs() < tol, "{sampled} {:e}", rms(&run));
-            let adaptive = ComputedTorque::new(nominal, gains, compensator.clone());
+            let adaptive =
+                Controller::new(ComputedTorque::new(nominal, gains), compensator.clone());
             let mut state = State::new(adaptive.compensator.state());
             let run = simulate(&plant, &adaptive, &mut state, &path, &options, on).unwrap();
             assert!((rms(&run) / 243.222e-3 - 1.0).abs() < tol, "{sampled} {:e}", rms(&run));
@@ -215,7 +216,8 @@ fn friction_that_the_controller_knows_is_cancelled_in_continuous_time() {
     let path = Quintic::new([0.0], [0.3], 0.0, 2.0).unwrap();
     let run = |friction, known, start: f64| {
         let plant = Plant::new(joint(1e-3, friction), Undisturbed);
-        let controller = ComputedTorque::new(joint(1e-3, known), gains, NoCompensation);
+        let controller =
+            Controller::new(ComputedTorque::new(joint(1e-3, known), gains), NoCompensation);
         let options = Options { q0: [start], ..options(1e-3, false, Method::Rk4) };
         simulate(&plant, &controller, &mut State::new(()), &path, &options, on).unwrap()
     };
@@ -319,8 +321,10 @@ fn a_stop_too_stiff_for_the_step_holds_the_joint_and_is_told() {
         let plant = Plant::new(arm.with_stops(&[stop]).unwrap(), |_: &_, _: &_, _: f64| {
             Vector::<1>::repeat(-3.0)
         });
-        let controller =
-            ComputedTorque::new(joint(1e-3, JointFriction::default()), gains, NoCompensation);
+        let controller = Controller::new(
+            ComputedTorque::new(joint(1e-3, JointFriction::default()), gains),
+            NoCompensation,
+        );
         let options = options(1e-3, true, Method::Rk4);
         let run = simulate(&plant, &controller, &mut State::new(()), &path, &options, on).unwrap();
         let rest = 0.1 + 3.0 / stiffness;
@@ -413,7 +417,8 @@ fn friction_that_is_no_part_of_the_plants_is_told_where_it_is_stiff() {
     let path = Quintic::new([0.0], [0.3], 0.0, 2.0).unwrap();
     let status = |inertia, friction, known| {
         let plant = Plant::new(joint(inertia, friction), Undisturbed);
-        let controller = ComputedTorque::new(joint(inertia, known), gains, NoCompensation);
+        let controller =
+            Controller::new(ComputedTorque::new(joint(inertia, known), gains), NoCompensation);
         let options = options(1e-3, false, Method::Rk4);
         let mut state = State::new(());
         simulate(&plant, &controller, &mut state, &path, &options, on).unwrap().status

@@ -4,8 +4,8 @@ use crate::common::{
     self, Adaptive, adaptive, everything, fresh, law, modified, on, reference, run, with_parameters,
 };
 use steadyarm::control::{
-    Adaptation, Audit, Compensator, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState,
-    Inputs, Limits, Sample, Stage,
+    Adaptation, Applied, Audit, Compensator, Controller, FuzzyCompensator, FuzzyParameters,
+    FuzzyState, Inputs, Limits, Sample, Stage,
 };
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -140,8 +140,8 @@ impl Compensator<2, Weights> for Flipped {
     fn estimate(&self, state: &mut Weights, stage: &Stage<'_>, sample: &Sample<2>) -> Vector<2> {
         self.0.estimate(state, stage, &Self::mirror(sample))
     }
-    fn hold(&self, state: &mut Weights, index: usize) {
-        self.0.hold(state, index);
+    fn acted(&self, state: &mut Weights, i: usize, sample: &Sample<2>, applied: &Applied<2>) {
+        self.0.acted(state, i, &Self::mirror(sample), applied);
     }
     fn advance(&self, state: &mut Weights, end: &Stage<'_>) -> steadyarm::Result<()> {
         self.0.advance(state, end)
@@ -158,8 +158,8 @@ impl Compensator<2, Weights> for Flipped {
 pub fn flipped(options: &Options<2>) -> Run<2> {
     let right = adaptive(Form::Concat, false, 7.0);
     let mut state = fresh(&right);
-    let ComputedTorque { arm, gains, compensator, .. } = right;
-    let wrong = ComputedTorque::new(arm, gains, Flipped(compensator));
+    let Controller { law, compensator, .. } = right;
+    let wrong = Controller::new(law, Flipped(compensator));
     simulate(&common::plant(), &wrong, &mut state, &reference(), options, on).unwrap()
 }
 
