@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::slice;
 
 use super::names::{Kind, is_name, names, tokens};
 use super::{Source, files};
@@ -145,7 +146,7 @@ fn home(files: &BTreeMap<Module, File>, from: &Module, target: &Target) -> Optio
             path.remove(0);
         }
         let name = path.first()?;
-        let (file, child) = (&files[&here], [&here[..], &[name.clone()]].concat());
+        let (file, child) = (&files[&here], [&here[..], slice::from_ref(name)].concat());
         if files.contains_key(&child) {
             path[0] = "self".to_owned();
             here = child;

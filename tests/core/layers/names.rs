@@ -51,9 +51,9 @@ fn ignored(text: &str) -> Option<usize> {
         through(2, "*/")
     } else if text.starts_with('r') && text[1 + hashes..].starts_with('"') {
         through(2 + hashes, &format!("\"{}", "#".repeat(hashes)))
-    } else if text.starts_with('"') {
+    } else if let Some(after) = text.strip_prefix('"') {
         let mut escaped = false;
-        let end = text[1..].find(|c| {
+        let end = after.find(|c| {
             let ends = c == '"' && !escaped;
             escaped = c == '\\' && !escaped;
             ends
