@@ -1,5 +1,5 @@
 //! 01: an arm whose model is right follows a path. Computed torque, in continuous time.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use std::ops::ControlFlow::Continue;
 
