@@ -1,7 +1,7 @@
 //! What a compensator is: `ρ̂` at the stages of a Runge-Kutta step, and a memory that moves with
 //! the step.
 
-use super::{Applied, Sample};
+use super::{Applied, Channel, Sample};
 use crate::error::Result;
 use crate::math::Vector;
 
@@ -65,6 +65,15 @@ pub trait Compensator<const N: usize, S> {
     /// The terms of the dissipation identity at stage `index`; `None` for a compensator without a
     /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
+
+    /// Signals of its own, which enter a record beside those that every record has; none by default.
+    fn channels(&self) -> &'static [Channel] {
+        &[]
+    }
+
+    /// Writes their values, finite, at the stage that was estimated last: one channel after the other
+    /// into a `row` that is as long as they are wide.
+    fn signals(&self, _state: &S, _sample: &Sample<N>, _row: &mut [f64]) {}
 }
 
 /// The dissipation identity at one stage: `V̇ = 2 s·ρ − loss`, exact for the update law (18) with

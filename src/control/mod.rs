@@ -1,5 +1,5 @@
-//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as `τ
-//! = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
+//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as
+//! `τ = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
 //!
 //! The way through: a `controller` makes a `sample` of what was measured, asks its `compensator`
 //! for ρ̂ and its `law` for τ, keeps τ within its `limits`, and tells the compensator what acted.
@@ -8,6 +8,7 @@
 //! with the modifications of `adaptation`; `stages` is what a step of it records.
 
 mod adaptation;
+mod channel;
 mod compensator;
 mod computed_torque;
 mod controller;
@@ -25,6 +26,7 @@ mod stages;
 mod update;
 
 pub use adaptation::Adaptation;
+pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
 pub use computed_torque::{ComputedTorque, Gains};
 #[cfg(feature = "std")]

@@ -15,7 +15,7 @@ use crate::reference::{Reference, Setpoint};
 /// The closed loop: the controller acts at every stage of the integrator.
 pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     plant: &'a Plant<N, A, D>,
-    controller: &'a Controller<N, L, C>,
+    pub(super) controller: &'a Controller<N, L, C>,
     reference: &'a R,
     /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on the time alone.
     latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,

@@ -8,7 +8,8 @@ use super::closed_loop::{ClosedLoop, Start};
 use super::evaluation::Evaluation;
 use super::integrators::{DP54, Dense, Motion, RK4, Tolerance, dp54_dense};
 use super::recorder::Recorder;
-use super::run::{Cause, Run};
+use super::run::Run;
+use super::status::Cause;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law, MAX_STAGES, Stage};
 use crate::math::Vector;
@@ -33,7 +34,7 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
-    let h = record.dt;
+    let (h, own) = (record.dt, &system.controller.compensator);
     let mut certificate = Certificate::default();
     for k in 0..=record.steps {
         let t = record.time(k);
@@ -42,7 +43,7 @@ where
         if !record.check(&at) {
             break;
         }
-        record.take(k, &at);
+        record.take(k, &at, |row| own.signals(state, &at.sample, row));
         record.confirm(&mut certificate, &at);
         if k == record.steps {
             break;
@@ -82,7 +83,7 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
-    let end = record.time(record.steps);
+    let (end, own) = (record.time(record.steps), &system.controller.compensator);
     let mut certificate = Certificate::default();
     let (mut t, mut h, mut row, mut carried) = (0.0, record.dt, 0, None);
     let mut last_h = h;
@@ -94,7 +95,7 @@ where
             break;
         }
         if row <= record.steps && record.time(row) == t {
-            record.take(row, &at);
+            record.take(row, &at, |row| own.signals(state, &at.sample, row));
             row += 1;
         }
         record.confirm(&mut certificate, &at);
@@ -174,7 +175,10 @@ where
             let theta = (time - t) / step.h;
             let at = between.at(theta);
             if record.wants_all() {
-                record.take_between(&dense(system, state, (time, step.h, theta), &at));
+                let at = dense(system, state, (time, step.h, theta), &at);
+                record.take_between(&at, |row| {
+                    system.controller.compensator.signals(state, &at.sample, row);
+                });
             } else {
                 record.take_motion(time, &at);
             }

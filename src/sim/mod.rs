@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod certificate;
+mod channels;
 mod closed_loop;
 mod continuous;
 mod doubt;
@@ -14,16 +15,19 @@ mod resolution;
 mod run;
 mod sampled;
 mod simulate;
+mod status;
 mod stiff;
 
 pub use certificate::Certificate;
+pub use channels::Column;
 pub use closed_loop::{ClosedLoop, Start};
 pub use doubt::{Coarse, Doubt};
 pub use evaluation::Evaluation;
 pub use integrators::{DP54, DP54_ERROR, Motion, RK4, Rates, Tableau, Tolerance, dp54_dense};
 pub use metrics::{Metrics, Window, metrics};
 pub use options::{MAX_RECORD_BYTES, Method, Options, Record};
-pub use run::{Cause, Run, Status};
+pub use run::Run;
 pub use sampled::hold_torque;
 pub use simulate::simulate;
+pub use status::{Cause, Status};
 pub use stiff::Moved;

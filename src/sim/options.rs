@@ -55,13 +55,9 @@ pub struct Options<const N: usize> {
 }
 
 impl Record {
-    /// What a row takes at most, of `joints` joints: the time and 2 or 12 vectors, |W − W₀| and V [bytes].
-    pub(super) fn row_bytes(self, joints: usize) -> usize {
-        let (scalars, vectors) = match self {
-            Self::All => (3, 12),
-            Self::Motion => (1, 2),
-        };
-        (scalars + vectors * joints) * size_of::<f64>()
+    /// Whether signals enter this record that enter those of `kind`.
+    pub(super) fn takes(self, kind: Self) -> bool {
+        self == Self::All || kind == Self::Motion
     }
 }
 

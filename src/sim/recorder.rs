@@ -5,9 +5,10 @@ use super::evaluation::Evaluation;
 use super::integrators::Motion;
 use super::options::{MAX_RECORD_BYTES, Options, Record};
 use super::resolution::Resolution;
-use super::run::{Cause, Run, Status};
+use super::run::Run;
+use super::status::{Cause, Status};
 use super::stiff::Moved;
-use crate::control::Sample;
+use crate::control::{Channel, Sample};
 use crate::error::{Error, Result};
 use crate::math::Vector;
 
@@ -17,6 +18,8 @@ const DIVERGED: f64 = 1e6;
 /// The record with what decides which rows enter it.
 pub(super) struct Recorder<const N: usize> {
     run: Run<N>,
+    /// A row of the compensator's own signals.
+    own: Vec<f64>,
     certificate: Option<Certificate>,
     resolution: Resolution<N>,
     /// Number of the last row.
@@ -28,22 +31,26 @@ pub(super) struct Recorder<const N: usize> {
 }
 
 impl<const N: usize> Recorder<N> {
-    /// An empty record of rows 0 … `steps`.
+    /// An empty record of rows 0 … `steps`, of the common signals and these `own` ones.
     ///
     /// # Errors
+    /// `channels`: one of `own` has the name of another signal.
     /// `record_every`: the record is larger than [`MAX_RECORD_BYTES`], or than memory.
-    pub fn new(steps: usize, options: &Options<N>) -> Result<Self> {
+    pub fn new(steps: usize, options: &Options<N>, own: &[Channel]) -> Result<Self> {
+        check_names::<N>(own)?;
         let every = options.record_every;
-        let (rows, row_bytes) = (steps.div_ceil(every) + 1, options.record.row_bytes(N));
+        let rows = steps.div_ceil(every) + 1;
+        let row_bytes = Run::<N>::row_bytes(options.record, own);
         let limit = MAX_RECORD_BYTES;
         let too_large = Error::record_too_large(every, (rows, row_bytes), limit);
         if rows as u64 > limit / row_bytes as u64 {
             return Err(too_large);
         }
-        let run = Run::with_capacity(rows, options.record).map_err(|_| too_large)?;
+        let run = Run::with_capacity(rows, options.record, own).map_err(|_| too_large)?;
         let (record, dt) = (options.record, options.dt);
         let resolution = Resolution::new(dt);
-        Ok(Self { run, certificate: None, resolution, steps, every, record, dt })
+        let own = vec![0.0; own.iter().map(|channel| channel.width.of(N)).sum()];
+        Ok(Self { run, own, certificate: None, resolution, steps, every, record, dt })
     }
 
     /// Time of row k [s].
@@ -75,27 +82,30 @@ impl<const N: usize> Recorder<N> {
         self.record == Record::All
     }
 
-    /// Takes row k, which was found healthy, if it is due.
+    /// Takes row k, which was found healthy, if it is due; `own` writes that of the compensator's own signals.
     #[inline]
-    pub fn take(&mut self, k: usize, at: &Evaluation<N>) {
+    pub fn take(&mut self, k: usize, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         if self.due(k) {
-            self.push(at);
+            self.push(at, own);
         }
     }
 
     /// Takes a row between two steps, unless something is wrong with it.
-    pub fn take_between(&mut self, at: &Evaluation<N>) {
+    pub fn take_between(&mut self, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         if trouble(at).is_none() {
-            self.push(at);
+            self.push(at, own);
         }
     }
 
     /// Adds what is wanted of a row.
     #[inline]
-    fn push(&mut self, at: &Evaluation<N>) {
+    fn push(&mut self, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
         if self.wants_all() {
-            self.run.push_rest(at);
+            if !self.own.is_empty() {
+                own(&mut self.own);
+            }
+            self.run.push_rest(at, &self.own);
         }
     }
 
@@ -143,6 +153,19 @@ impl<const N: usize> Recorder<N> {
         self.run.certificate = self.certificate;
         self.run
     }
+}
+
+/// Refuses names that two signals have.
+fn check_names<const N: usize>(own: &[Channel]) -> Result<()> {
+    let mut names: Vec<&str> = Run::<N>::channels().map(|channel| channel.name).collect();
+    for (i, channel) in own.iter().enumerate() {
+        if names.contains(&channel.name) {
+            let wanted = "channels of names that no other signal of the record has";
+            return Err(Error::out_of_range("channels", i as f64, wanted).at(i));
+        }
+        names.push(channel.name);
+    }
+    Ok(())
 }
 
 /// Why a run cannot go on from here, if it cannot.

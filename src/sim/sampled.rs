@@ -8,7 +8,8 @@ use super::evaluation::Evaluation;
 use super::integrators::{Motion, Tolerance};
 use super::options::Method;
 use super::recorder::Recorder;
-use super::run::{Cause, Run};
+use super::run::Run;
+use super::status::Cause;
 use super::stiff::{self, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
 use crate::control::{Audit, Command, Compensator, Controller, Law, Sample, State};
@@ -224,19 +225,21 @@ where
             let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
             if k.is_multiple_of(self.hold) && k < record.steps || held.is_none() {
                 match self.decide(state, &sample, period) {
-                    Ok(decision) => held = Some(decision),
+                    Ok(decision) => held = Some((decision, sample)),
                     Err(error) => {
                         record.diverged(t, Cause::Rejected(error));
                         break;
                     }
                 }
             }
-            let Some((command, audit)) = held else { break };
+            let Some(((command, audit), seen)) = held else { break };
             let at = self.evaluate(t, sample, command, audit);
             if !record.check(&at) {
                 break;
             }
-            record.take(k, &at);
+            record.take(k, &at, |row| {
+                self.controller.compensator.signals(&state.compensator, &seen, row);
+            });
             if k == record.steps {
                 break;
             }

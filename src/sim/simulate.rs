@@ -24,7 +24,8 @@ use crate::reference::Reference;
 /// # Errors
 /// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the controller acts in
 /// continuous time, where no step bounds the change. `record_every`: the record would take more than
-/// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has.
+/// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has. `channels`: a signal of the compensator's own has the
+/// name of another.
 pub fn simulate<const N: usize, A, D, L, C, R, S>(
     plant: &Plant<N, A, D>,
     controller: &Controller<N, L, C>,
@@ -45,7 +46,7 @@ where
     if options.control_period.is_none() {
         check_unlimited_rate(&controller.limits.effort_rate_limit)?;
     }
-    let record = Recorder::new(steps, options)?;
+    let record = Recorder::new(steps, options, controller.compensator.channels())?;
     let system = ClosedLoop::new(plant, controller, reference);
     Ok(match (options.control_period, options.method) {
         (None, Method::Rk4) => rk4(system, &mut state.compensator, start, record, monitor),

@@ -3,10 +3,21 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{KernelCompensator, KernelState, Places};
-use crate::control::{Applied, Audit, Buffer, Compensator, Sample, Stage};
+use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
 use crate::error::Result;
 use crate::fuzzy::kernels::dot;
 use crate::math::Vector;
+
+/// What a record shows of the dictionary.
+const CHANNELS: [Channel; 2] = [
+    Channel { name: "atoms", unit: "1", width: Width::One, doc: "Atoms in the dictionary" },
+    Channel {
+        name: "error_bound",
+        unit: "rad/s²",
+        width: Width::Joints,
+        doc: "Bound of |W − W_exact|, of what the dictionary lost",
+    },
+];
 
 impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelCompensator<N> {
     fn estimate(
@@ -46,6 +57,15 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
 
     fn audit(&self, state: &KernelState<N, B>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         Some(self.update.audit(&state.stages, i, sample, state.frozen))
+    }
+
+    fn channels(&self) -> &'static [Channel] {
+        &CHANNELS
+    }
+
+    fn signals(&self, state: &KernelState<N, B>, _: &Sample<N>, row: &mut [f64]) {
+        row[0] = state.atoms as f64;
+        row[1..].copy_from_slice(state.errors.as_slice());
     }
 }
 

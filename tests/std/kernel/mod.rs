@@ -4,4 +4,4 @@
 mod contract;
 mod grid;
 mod merging;
-mod scene;
+pub mod scene;

@@ -1,6 +1,7 @@
 //! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt, and runs that end.
 
 mod carry;
+mod channels;
 mod circle;
 mod endings;
 mod friction;
