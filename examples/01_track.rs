@@ -1,5 +1,5 @@
 //! 01: an arm whose model is right follows a path. Computed torque, in continuous time.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use std::ops::ControlFlow::Continue;
 

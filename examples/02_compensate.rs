@@ -1,5 +1,5 @@
 //! 02: the arm is twice as heavy as believed, and something pushes. The compensator learns that.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use std::ops::ControlFlow::Continue;
 

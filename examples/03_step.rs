@@ -1,5 +1,5 @@
 //! 03: your own loop. The controller takes a sample and gives the torque to hold for 1 ms.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use steadyarm::control::{Limits, State};
 use steadyarm::paper;

@@ -1,5 +1,5 @@
 //! 04: your own robot from a URDF, and its dynamics: M(q) q̈ + H(q, q̇) = τ.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use std::error::Error;
 

@@ -1,5 +1,5 @@
 //! 05: a Panda carries 2 kg that its controller knows nothing of. A small compensator a joint.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use std::{error::Error, ops::ControlFlow::Continue};
 

@@ -1,5 +1,5 @@
 //! 06: what was learnt goes into a file, and another controller goes on with it.
-#![allow(clippy::print_stdout, missing_docs)]
+#![allow(clippy::print_stdout)]
 
 use std::{env::temp_dir, error::Error, fs, ops::ControlFlow::Continue, process};
 

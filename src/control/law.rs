@@ -1,5 +1,5 @@
-//! What a control law is: the torque for a sample and an estimate, in its parts, `τ = τ_model +
-//! τ_compensation`.
+//! What a control law is: the torque for a sample and an estimate, in its parts,
+//! `τ = τ_model + τ_compensation`.
 
 use super::Sample;
 use crate::arm::JointFriction;

@@ -1,5 +1,5 @@
-//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as `τ
-//! = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
+//! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as
+//! `τ = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
 //!
 //! The way through: a `controller` makes a `sample` of what was measured, asks its `compensator`
 //! for ρ̂ and its `law` for τ, keeps τ within its `limits`, and tells the compensator what acted.
