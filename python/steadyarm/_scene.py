@@ -66,7 +66,7 @@ class Scene:
             "plant": plant,
             "tracker": {"ComputedTorque": arguments},
             "reference": reference,
-            "options": options,
+            "options": {name: _option(name, value) for name, value in options.items()},
         }
         return cls(parts, start)
 
@@ -128,6 +128,13 @@ def joint_names(arm: Any, joints: int) -> list[str]:
     if isinstance(arm, _core.Serial):
         return list(arm.joint_names)
     return [str(joint + 1) for joint in range(joints)]
+
+
+def _option(name: str, value: Any) -> Any:
+    """An option in plain values: what is done to an array later changes no run."""
+    if value is None or isinstance(value, str):
+        return value
+    return int(value) if name == "record_every" else np.asarray(value, dtype=float).tolist()
 
 
 def _parameters(made: Any) -> list[str]:

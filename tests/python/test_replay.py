@@ -262,3 +262,20 @@ def test_wrong_signal_of_its_own_is_refused(
             assert np.array_equal(sa.Run.load(path).x, np.zeros(11))  # type: ignore[attr-defined]
         else:
             refused(path, wanted)
+
+
+def test_what_is_done_to_an_argument_later_changes_no_replay() -> None:
+    start = np.array([0.5, -0.5])
+    controller = tracker()
+    record = run(controller, duration=0.05, q0=start)
+    start[:] = 7.0
+    controller.warm_start(np.ones((2, 625)))
+    same(record.replay(), record)
+
+
+def test_options_of_every_kind_of_number_are_kept(tmp_path: Path) -> None:
+    path = tmp_path / "run.npz"
+    options: dict[str, Any] = {"q0": 0.1, "dq0": (0, 1), "record_every": np.int64(2)}
+    record = run(tracker(), duration=np.float32(0.25), dt=np.array(1 / 1024), **options)
+    record.save(path)
+    same(sa.replay(path), record)
