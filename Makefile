@@ -1,9 +1,10 @@
 # make reproduce   the paper's three simulations: pictures and an honest table, in reproduce/
 # make test        everything that must hold
 # make robot       the Panda in MuJoCo with an unknown payload: table and picture, in robot/
-# make bench       speed: criterion benches, and the Python peers
+# make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
+# make house       sizes and tangles of the code, counted
 # make check-all   all of that which can fail: test, reproduce, robot, docs and what the benches compare, but no
 #                  verdict on speed; what it prints is in check-all.log too
 #
@@ -18,7 +19,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs same-work check-all clean
+.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -54,6 +55,7 @@ test-python: $(VENV)/wheel $(VENV)/tools
 
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
+	$(BIN)/python benches/results.py
 	$(BIN)/python benches/compare.py
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
@@ -63,6 +65,9 @@ bench-dynamics: $(VENV)/wheel $(VENV)/peers
 docs: $(VENV)/wheel $(VENV)/manual
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 	@echo "The manual is in docs/_build/html/index.html"
+
+house:
+	@$(PYTHON) tests/house.py
 
 # That the benches compare the same work to the same accuracy, with all their programs run once or twice.
 same-work: $(VENV)/wheel $(VENV)/peers

@@ -14,6 +14,8 @@ is interrupted more often than a short one, which flatters the short one). A cla
 ratios meet it. No environment variable, affinity or thread count is set, with one exception: the
 Riccati solver of SciPy is timed with the BLAS threads it finds and with one; the faster counts.
 
+All figures go to ``results/<processor>.csv``, unless it is to be ``--quick``.
+
 The C++ peer needs a compiler and Eigen (Debian: g++ libeigen3-dev); the Rust figures need cargo.
 Without them their rows are left out, with a note.
 """
@@ -43,6 +45,7 @@ sys.path.insert(0, str(HERE / "peers"))
 import closed_loop_numba  # noqa: E402
 import closed_loop_numpy  # noqa: E402
 import closed_loop_scipy  # noqa: E402
+import results  # noqa: E402
 from problem import DURATION, GAIN, RMS, STEP, STEPS, rms, start, timed  # noqa: E402
 
 RMS_TOL = 1e-7
@@ -74,10 +77,14 @@ class Row:
     theirs: list[tuple[float, float]]
     wanted: float | None
 
-    def __str__(self):
+    def figures(self):
+        """Return our and their time [s], and the ratios of clock and processor time."""
         ours, theirs = medians(self.ours), medians(self.theirs)
-        ratios = [b / a for a, b in zip(ours, theirs, strict=True)]
-        line = f"{self.claim:<{WIDTH}} {unit(ours[0]):>9} {unit(theirs[0]):>9}"
+        return ours[0], theirs[0], *(b / a for a, b in zip(ours, theirs, strict=True))
+
+    def __str__(self):
+        ours, theirs, *ratios = self.figures()
+        line = f"{self.claim:<{WIDTH}} {unit(ours):>9} {unit(theirs):>9}"
         line += f" {ratios[0]:8.1f} {ratios[1]:8.1f}"
         if self.wanted is None:
             return line
@@ -93,8 +100,12 @@ class Excess:
     other: list[tuple[float, float]]
     wanted: float
 
+    def figures(self):
+        """Return our time and the other [s], and the ratios of clock and processor time."""
+        return Row(self.claim, self.ours, self.other, None).figures()
+
     def __str__(self):
-        ours, other = medians(self.ours)[0], medians(self.other)[0]
+        ours, other, *_ = self.figures()
         met = "yes" if ours - other <= self.wanted else "no"
         excess = f"+{unit(ours - other)}"
         return (
@@ -161,10 +172,10 @@ def compile_eigen(folder):
 
 
 def rust_times():
-    """Return the figures of examples/step_time.rs [ns], or None without cargo."""
+    """Return the figures of benches/step_time.rs [ns], or None without cargo."""
     if shutil.which("cargo") is None:
         return None
-    command = ["cargo", "run", "--release", "--locked", "--quiet", "--example", "step_time"]
+    command = ["cargo", "bench", "--locked", "--quiet", "--bench", "step_time"]
     return json.loads(subprocess.check_output(command, cwd=HERE.parent))
 
 
@@ -324,6 +335,12 @@ def often(function):
     return medians([batch(function, 20) for _ in range(20)])
 
 
+def record(row):
+    """Return a row of ``results``."""
+    ours, theirs, *ratios = row.figures()
+    return row.claim, 1e9 * ours, 1e9 * theirs, *ratios
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rounds", type=int, default=7, help="rounds of every comparison (7)")
@@ -350,6 +367,8 @@ def main():
         print(f"left out: Eigen ({missing})")
     if not closed:
         print("left out: the figures from Rust (no cargo)")
+    if not options.quick:
+        print(f"see {results.write('compare', map(record, rows))}")
 
 
 if __name__ == "__main__":

@@ -4,8 +4,9 @@ Usage: python benches/compare_dynamics.py [--rounds N]
 
 Every round runs the three in turn; a figure is the median over the rounds of each program's best
 batch, a ratio one of medians. Pinocchio is the library inside the ``pin`` wheel, called from C++;
-of its two CRBAs the faster counts. Needs cargo, a C++ compiler and, on Debian, libeigen3-dev and
-liburdfdom-headers-dev; compiling Pinocchio's headers takes minutes.
+of its two CRBAs the faster counts. The figures go to ``results/<processor>.csv``. Needs cargo, a
+C++ compiler and, on Debian, libeigen3-dev and liburdfdom-headers-dev; compiling Pinocchio's headers
+takes minutes.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
+import results
 import steadyarm as sa
 
 HERE = Path(__file__).parent
@@ -103,14 +105,17 @@ def main():
                     found.setdefault(key, []).append(ns)
     median = {key: statistics.median(values) for key, values in found.items()}
     print(f"{'Panda, 7 joints: against':<40} {'ours':>8} {'theirs':>8} {'ratio':>6} {'wanted':>7}")
+    rows = []
     for claim, operation, library, theirs, wanted in CLAIMS:
         ours = median["steadyarm", operation]
         best = min(median[library, name] for name in theirs)
+        rows.append((f"Panda, {claim}", ours, best, best / ours, None))
         line = f"{claim:<40} {ours:5.0f} ns {best:5.0f} ns {best / ours:6.2f}"
         verdict = (
             "" if wanted is None else f" {wanted:7g}  {'yes' if best / ours >= wanted else 'no'}"
         )
         print(line + verdict)
+    print(f"see {results.write('compare_dynamics', rows)}")
 
 
 if __name__ == "__main__":

@@ -4,22 +4,18 @@ Usage: cargo bench --bench dynamics --bench kernel; python benches/plot_costs.py
 """
 
 import argparse
-import json
 from pathlib import Path
 
 from matplotlib.figure import Figure
-
-CRITERION = Path(__file__).parent.parent / "target" / "criterion"
+from results import CRITERION, criterion
 
 
 def groups():
     """Return {group: {number: median [ns]}} of every benchmark that begins with a number."""
     found = {}
-    for path in CRITERION.glob("*/*/new/estimates.json"):
-        group, parameter = path.parts[-4:-2]
-        if parameter.isdigit():
-            median = json.loads(path.read_text())["median"]["point_estimate"]
-            found.setdefault(group, {})[int(parameter)] = median
+    for (group, number), median in criterion().items():
+        if number.isdigit():
+            found.setdefault(group, {})[int(number)] = median
     return {group: dict(sorted(rows.items())) for group, rows in sorted(found.items())}
 
 

@@ -24,7 +24,6 @@
 //! | module | what |
 //! |---|---|
 //! | [`arm`] | the dynamics of an arm: [`arm::Arm`], [`arm::TwoLink`], [`arm::Serial`] for any chain |
-//! | `robot` | descriptions of robots: URDF, DH tables, TOML (feature `std`) |
 //! | [`control`] | [`control::ComputedTorque`], the compensator, adaptation, limits |
 //! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
 //! | [`riccati`] | the equations for P, certified or refused |
@@ -66,7 +65,8 @@ pub mod sim;
 
 pub use error::{Error, Problem, Result};
 
-/// Runs the README's examples as tests.
+/// Runs the examples of README and manual as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-struct Readme;
+#[doc = include_str!("../docs/start.md")]
+struct Manual;

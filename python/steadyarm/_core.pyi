@@ -172,6 +172,10 @@ class TwoLink:
         """dq' M(q) dq / 2 [J]."""
     def potential_energy(self, q: ArrayLike) -> float:
         """U(q) [J]; its gradient is G(q)."""
+    def pose(self, q: ArrayLike) -> _Array:
+        """Pose of the tip in the base, (4, 4)."""
+    def link_poses(self, q: ArrayLike) -> _Array:
+        """Poses of the joints' frames in the base, (2, 4, 4): x along the link."""
     def __reduce__(self) -> tuple[type[TwoLink], tuple[Any, ...]]: ...
 
 @final

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
-from . import _core, _files
+from . import _files
 from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
 from .run import Run
 
@@ -62,23 +62,14 @@ def save_animation(
 
 def joint_points(arm: Any) -> Points:
     """Return the function from q to the places of the base, every joint and the tip [m], (…, 3)."""
-    if isinstance(arm, _core.TwoLink):
-        length = np.array(arm.parameters[1])
+    if not (hasattr(arm, "link_poses") and hasattr(arm, "pose")):
+        raise TypeError(f"arm: got {type(arm).__name__}, wants a TwoLink or a Serial")
 
-        def two_link(q: Array) -> Array:
-            angles = np.cumsum(q)
-            steps = length[:, None] * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(2)])
-            return np.vstack([np.zeros(3), np.cumsum(steps, axis=0)])
+    def points(q: Array) -> Array:
+        joints = np.asarray(arm.link_poses(q))[:, :3, 3]
+        return np.vstack([np.zeros(3), joints, np.asarray(arm.pose(q))[:3, 3]])
 
-        return two_link
-    if hasattr(arm, "link_poses") and hasattr(arm, "pose"):
-
-        def serial(q: Array) -> Array:
-            joints = np.asarray(arm.link_poses(q))[:, :3, 3]
-            return np.vstack([np.zeros(3), joints, np.asarray(arm.pose(q))[:3, 3]])
-
-        return serial
-    raise TypeError(f"arm: got {type(arm).__name__}, wants a TwoLink or a Serial")
+    return points
 
 
 class _Film:

@@ -8,7 +8,7 @@
 //! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at mid-link; q₁ from the
 //! horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0) and has no friction; both can be added.
 
-use super::{Arm, Friction, JointFriction, Posed};
+use super::{Arm, Friction, JointFriction, Pose, Posed};
 use crate::error::{Result, finite, positive, within};
 use crate::math::{Matrix, Vector, sin_cos};
 
@@ -120,6 +120,18 @@ impl TwoLink {
     /// θ₁, θ₂, θ₃ [kg·m²].
     pub fn theta(&self) -> [f64; 3] {
         self.theta
+    }
+
+    /// Poses of the joints' frames in the base: x along the link, z along the joints' axes.
+    pub fn link_poses(&self, q: &Vector<2>) -> [Pose; 2] {
+        let shoulder = planar(q[0], Vector::<3>::zeros());
+        [shoulder, planar(q[0] + q[1], ahead(&shoulder, self.parameters.length[0]))]
+    }
+
+    /// Pose of the tip in the base, with the axes of the second link.
+    pub fn pose(&self, q: &Vector<2>) -> Pose {
+        let [_, elbow] = self.link_poses(q);
+        Pose { translation: ahead(&elbow, self.parameters.length[1]), ..elbow }
     }
 
     /// M from cos q₂.
@@ -235,4 +247,15 @@ impl Arm<2> for TwoLink {
             (mass[(0, 0)] * net[1] - mass[(0, 1)] * net[0]) * inverse_det,
         )
     }
+}
+
+/// The pose of a frame turned by `angle` [rad] about z.
+fn planar(angle: f64, translation: Vector<3>) -> Pose {
+    let (sin, cos) = sin_cos(angle);
+    Pose { rotation: Matrix::<3>::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0), translation }
+}
+
+/// The place `length` [m] along the x axis of a frame.
+fn ahead(frame: &Pose, length: f64) -> Vector<3> {
+    frame.translation + frame.rotation.column(0) * length
 }

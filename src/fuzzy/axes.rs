@@ -5,7 +5,7 @@
 
 use pulp::Simd;
 
-use super::basis::{MAX_INPUTS, MAX_SETS};
+use super::form::{MAX_INPUTS, MAX_SETS};
 use super::kernels::dot_lanes;
 use super::kronecker::Column;
 use super::lattice::Lattice;

@@ -9,7 +9,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
-use super::basis::MAX_INPUTS;
+use super::form::MAX_INPUTS;
 use crate::error::{Result, finite, length};
 use crate::math::{LANES, sqrt};
 

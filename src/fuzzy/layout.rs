@@ -1,6 +1,6 @@
 //! Sizes of an evaluated basis.
 
-use super::basis::{Form, MAX_RULES};
+use super::form::{Form, MAX_RULES};
 use super::places::{Dyad, Dyads, Span};
 use crate::error::{Error, Result, length, not_empty};
 use crate::math::LANES;

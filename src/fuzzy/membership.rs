@@ -3,7 +3,7 @@
 //! Normalised memberships are taken relative to the strongest set, so that they never become 0/0, however far
 //! x is from every centre.
 
-use super::basis::MAX_SETS;
+use super::form::MAX_SETS;
 use super::places::Span;
 use crate::math::exp;
 

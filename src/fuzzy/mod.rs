@@ -4,6 +4,7 @@
 mod approximator;
 mod axes;
 mod basis;
+mod form;
 mod kernel_basis;
 pub(crate) mod kernels;
 mod kronecker;
@@ -15,6 +16,7 @@ mod places;
 #[cfg(feature = "std")]
 pub use approximator::FuzzyApproximator;
 pub use axes::Axis;
-pub use basis::{Form, FuzzyBasis, MAX_INPUTS, MAX_RULES, MAX_SETS};
+pub use basis::FuzzyBasis;
+pub use form::{Form, MAX_INPUTS, MAX_RULES, MAX_SETS};
 pub use kernel_basis::KernelBasis;
 pub(crate) use kernel_basis::nearest;

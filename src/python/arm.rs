@@ -3,8 +3,10 @@
 use pyo3::prelude::*;
 
 use super::convert::{
-    Array1, Array2, array1, finite_vector, joints, renamed, scalar, scalar_or, square,
+    Array1, Array2, Array3, array1, finite_vector, joints, matrices, owned2, renamed, scalar,
+    scalar_or, square,
 };
+use super::serial_arm::homogeneous;
 use super::value_error;
 use crate::arm::{Arm, Friction, JointKind, TwoLink, TwoLinkParameters};
 
@@ -195,5 +197,16 @@ impl PyTwoLink {
     /// U(q) [J]; its gradient is G(q).
     fn potential_energy(&self, q: Any<'_, '_>) -> PyResult<f64> {
         Ok(self.arm.potential_energy(&finite_vector(q, "q")?))
+    }
+
+    /// Pose of the tip in the base, (4, 4).
+    fn pose<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+        owned2(py, homogeneous(&self.arm.pose(&finite_vector(q, "q")?)).to_vec(), 4)
+    }
+
+    /// Poses of the joints' frames in the base, (2, 4, 4): x along the link.
+    fn link_poses<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array3<'py>> {
+        let poses = self.arm.link_poses(&finite_vector(q, "q")?);
+        matrices(py, poses.iter().flat_map(homogeneous).collect(), 4)
     }
 }

@@ -4,12 +4,12 @@ use nalgebra::{DefaultAllocator, Dim};
 
 use super::certificate::{Certified, Wanted, certify, check_symmetric, definiteness};
 use super::doubling::solve;
-use super::joint::scale;
+use super::gamma::{check_gamma, scale};
 use super::kernels::{Modes, Room, Square, Tall};
 use super::peak::{Limit, peak};
 use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum};
-use crate::error::{Error, Result, finite, within};
+use crate::error::{Error, Result, finite};
 
 /// γ this close above γ_opt, relative, cannot be told from it.
 const INDISTINCT: f64 = 1e-9;
@@ -54,13 +54,6 @@ where
 {
     let Plant { q, modes } = Plant::check(a, b, q)?;
     Ok(peak(a, b, &q, &modes)?.gamma_opt)
-}
-
-pub(super) fn check_gamma(gamma: f64) -> Result<()> {
-    if gamma == f64::INFINITY {
-        return Ok(());
-    }
-    within("gamma", &[gamma], |x| x > 0.0, "a number > 0, or infinity")
 }
 
 /// What the checks of A, B and Q leave: Q made exactly symmetric, and the eigenvalues of A.

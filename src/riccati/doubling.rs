@@ -11,18 +11,12 @@
 use nalgebra::{DefaultAllocator, Dim};
 
 use super::kernels::{Modes, Room, Square, inverse, mul, plus_diagonal, symmetric};
-use super::newton::{Refined, newton};
+use super::newton::{DOUBLINGS, FADED, Refined, newton};
 use super::scaling::Problem;
 use crate::math::sqrt;
 
-/// Doublings allowed. Twelve is usual; each one squares the distance to the limit, or halves it at
-/// the limit of γ.
-pub(super) const DOUBLINGS: usize = 60;
 /// Doubling may stop here, relative to P: one Newton step squares this to the rounding.
 const NEAR: f64 = 1e-8;
-/// … once the transition matrix has shrunk so far (squared norm), so that no slow mode is still to
-/// come.
-pub(super) const FADED: f64 = 1e-6;
 /// The stabilising solution P of `problem` with Q ≥ 0, or `None`; `modes` are the eigenvalues of
 /// its A.
 ///

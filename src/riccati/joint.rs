@@ -4,6 +4,7 @@
 //! `p12 = q₁/(k_p + α)`, `p22 = (q₂ + 2 p12)/(k_v + β)`, `p11 = k_v p12 + k_p p22 − g p12 p22`
 //! with `α = √(k_p² − g q₁)`, `β = √(k_v² − g (q₂ + 2 p12))`. The closed loop is s² + β s + α.
 
+use super::gamma::{check_gamma, scale};
 use crate::error::{Error, Result, finite, non_negative, positive};
 use crate::math::sqrt;
 
@@ -62,7 +63,7 @@ impl JointSolution {
 /// `NotFinite`, `OutOfRange`, or `NoStabilizingSolution` unless both radicands are > 0.
 pub fn joint(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<JointSolution> {
     check(kp, kv, q1, q2)?;
-    super::attenuation::check_gamma(gamma)?;
+    check_gamma(gamma)?;
     // √(x² − y/γ²) as a product: exact at the limit, and no overflow.
     let root = |x: f64, y: f64| {
         let level = sqrt(y) / gamma;
@@ -115,13 +116,8 @@ pub fn joint_gamma_opt(kp: f64, kv: f64, q1: f64, q2: f64) -> Result<f64> {
 /// # Errors
 /// `NotFinite`, `OutOfRange`.
 pub fn joint_max_scale(kp: f64, kv: f64, q1: f64, q2: f64, gamma: f64) -> Result<f64> {
-    super::attenuation::check_gamma(gamma)?;
+    check_gamma(gamma)?;
     Ok(scale(gamma, joint_gamma_opt(kp, kv, q1, q2)?))
-}
-
-pub(super) fn scale(gamma: f64, gamma_opt: f64) -> f64 {
-    let ratio = gamma / gamma_opt;
-    ratio * ratio
 }
 
 fn check(kp: f64, kv: f64, q1: f64, q2: f64) -> Result<()> {

@@ -27,6 +27,7 @@ mod certificate;
 mod doubling;
 #[cfg(feature = "std")]
 pub mod dynamic;
+mod gamma;
 mod hamiltonian;
 mod joint;
 mod kernels;

@@ -11,9 +11,14 @@
 
 use nalgebra::{DefaultAllocator, Dim};
 
-use super::doubling::{DOUBLINGS, FADED};
 use super::kernels::{Room, Square, congruence, inverse, mul, plus_diagonal, symmetric};
 use super::scaling::Problem;
+
+/// Doublings allowed. Twelve is usual; each one squares the distance to the limit, or halves it at
+/// the limit of γ.
+pub(super) const DOUBLINGS: usize = 60;
+/// A transition matrix that has shrunk so far (squared norm) leaves no slow mode to come.
+pub(super) const FADED: f64 = 1e-6;
 
 /// Newton steps allowed: one is usual after doubling, ten from elsewhere, thirty with modes on the
 /// imaginary axis.

@@ -1,4 +1,5 @@
-//! All tests that need std: simulations, tables on the heap, saved states, files. A module is named after its room in src.
+//! All tests that need std: simulations, tables on the heap, saved states, files. A module is named
+//! after its room in src.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -20,6 +21,8 @@ mod random;
 mod control;
 mod design;
 mod determinism;
+#[cfg(feature = "urdf")]
+mod examples;
 mod fuzzy;
 mod golden;
 mod kernel;

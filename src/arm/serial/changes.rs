@@ -1,7 +1,7 @@
 //! Arms from an arm: with other friction, rotors, stops, gravity or inertial parameters, or with a payload.
 
 use super::inertia::PER_LINK;
-use super::validate::InertiaNames;
+use super::place::InertiaNames;
 use super::{Inertia, JointStop, Pose, Serial, SerialParameters, Unphysical, joint};
 use crate::arm::JointFriction;
 use crate::error::{Result, finite, length};

@@ -1,6 +1,7 @@
 //! Frames and mass distributions: how they combine.
 
-use super::validate::{InertiaNames, PoseNames, validate_pose};
+use super::place::{InertiaNames, PoseNames};
+use super::validate::validate_pose;
 use super::{Inertia, JointKind, JointLimits, JointStop, Link, Pose, Unphysical};
 use crate::arm::JointFriction;
 use crate::error::Result;

@@ -1,8 +1,9 @@
 //! What a serial arm is made of: one joint and the link that it moves, N times over.
 
-use super::JointStop;
+use super::body::{Inertia, Pose};
+use super::limits::JointLimits;
+use super::stop::JointStop;
 use crate::arm::JointFriction;
-use crate::math::Matrix;
 
 /// How a joint moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,26 +34,6 @@ impl JointKind {
     }
 }
 
-/// A frame in another one: x_outer = R x_inner + p.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pose {
-    /// R, a rotation.
-    pub rotation: Matrix<3>,
-    /// p [m].
-    pub translation: nalgebra::Vector3<f64>,
-}
-
-/// Mass distribution of a link.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inertia {
-    /// m [kg], ≥ 0.
-    pub mass: f64,
-    /// Centre of mass in the link's frame [m].
-    pub com: nalgebra::Vector3<f64>,
-    /// Moments about the centre of mass, in the axes of the link's frame [kg·m²].
-    pub moments: Matrix<3>,
-}
-
 /// A joint and the link that it moves. The link's frame is the joint's: at q = 0 it is `placement` in the frame of the
 /// link before, and the joint moves it about or along `axis`, which is given in it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,17 +54,4 @@ pub struct Link {
     pub limits: JointLimits,
     /// Stops at the ends of the range.
     pub stop: JointStop,
-}
-
-/// What a joint can do.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointLimits {
-    /// Smallest position [rad or m].
-    pub lower: f64,
-    /// Largest position [rad or m].
-    pub upper: f64,
-    /// Largest speed [rad/s or m/s].
-    pub velocity: f64,
-    /// Largest torque [N·m] or force [N].
-    pub effort: f64,
 }

@@ -4,21 +4,26 @@
 //! differs by two plane rotations; the recursions then cost one sine and cosine a joint and few products.
 
 mod articulated;
+mod body;
 mod changes;
 mod composite;
 mod inertia;
 mod inverse;
 mod joint;
 mod kinematics;
+mod limits;
 mod link;
 mod perturb;
+mod place;
 mod regressor;
 mod space;
 mod stop;
 mod unphysical;
 mod validate;
 
-pub use link::{Inertia, JointKind, JointLimits, Link, Pose};
+pub use body::{Inertia, Pose};
+pub use limits::JointLimits;
+pub use link::{JointKind, Link};
 pub use perturb::Perturbation;
 pub use stop::JointStop;
 pub use unphysical::Unphysical;
@@ -29,8 +34,9 @@ use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Result, finite, not_empty};
 use crate::math::{Matrix, Vector};
 use joint::{Chain, Mass};
+use place::{Of, PoseNames};
 use space::V3;
-use validate::{Of, PoseNames, validate_pose};
+use validate::validate_pose;
 
 const TIP: PoseNames = PoseNames { rotation: "tip.rotation", translation: "tip.translation" };
 

@@ -1,7 +1,7 @@
 //! Stops at the ends of a joint's range: springs that lose energy, after Hunt and Crossley 1975.
 
-use super::JointLimits;
-use super::validate::Of;
+use super::limits::JointLimits;
+use super::place::Of;
 use crate::error::Result;
 
 /// The stops of a joint, at the ends of its [`JointLimits`]. A joint that is δ beyond an end is pushed back with

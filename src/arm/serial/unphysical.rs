@@ -4,8 +4,8 @@
 //! the principal moments, and with it none of them is negative. Source: Wensing, Kim and Slotine 2018, "Linear matrix
 //! inequalities for physically consistent inertial parameter identification", IEEE RA-L 3(1).
 
-use super::Inertia;
-use super::validate::{InertiaNames, Of};
+use super::body::Inertia;
+use super::place::{InertiaNames, Of};
 use crate::eigen::symmetric_eigenvalues;
 use crate::error::{Error, Result};
 use crate::math::{Matrix, sqrt};

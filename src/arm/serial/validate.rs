@@ -1,61 +1,15 @@
 //! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass distribution that matter can have.
 
-use super::{JointKind, JointLimits, Link, Pose, Unphysical};
-use crate::error::{Error, Result, finite};
+use super::body::Pose;
+use super::limits::JointLimits;
+use super::link::{JointKind, Link};
+use super::place::{InertiaNames, Of, PoseNames};
+use super::unphysical::Unphysical;
+use crate::error::Result;
 use crate::math::{Matrix, sqrt};
 
 /// Lengths of axes and columns of rotations may be off by this, as numbers printed with six decimals are.
 const UNIT: f64 = 1e-6;
-
-/// A parameter of one joint.
-#[derive(Clone, Copy)]
-pub(super) struct Of {
-    pub parameter: &'static str,
-    pub joint: Option<usize>,
-}
-
-impl Of {
-    /// Refuses what is not finite.
-    pub fn finite(self, values: &[f64]) -> Result<()> {
-        finite(self.parameter, values).map_err(|error| error.at(self.joint))
-    }
-
-    /// Refuses what is not finite or not accepted.
-    pub fn within(self, got: f64, accepted: bool, wanted: &'static str) -> Result<()> {
-        self.finite(&[got])?;
-        self.accept(got, accepted, wanted)
-    }
-
-    /// Refuses what is not accepted; infinities may be.
-    pub fn accept(self, got: f64, accepted: bool, wanted: &'static str) -> Result<()> {
-        if accepted {
-            return Ok(());
-        }
-        Err(Error::out_of_range(self.parameter, got, wanted).at(self.joint))
-    }
-}
-
-/// Names of an inertia's parameters.
-#[derive(Clone, Copy)]
-pub(super) struct InertiaNames {
-    pub mass: &'static str,
-    pub com: &'static str,
-    pub moments: &'static str,
-}
-
-impl InertiaNames {
-    /// Of a mass distribution by itself.
-    pub const ALONE: Self = Self { mass: "mass", com: "com", moments: "moments" };
-    const LINK: Self =
-        Self { mass: "inertia.mass", com: "inertia.com", moments: "inertia.moments" };
-}
-
-/// Names of a pose's parameters.
-#[derive(Clone, Copy)]
-pub(super) struct PoseNames {
-    pub rotation: &'static str,
-    pub translation: &'static str,
-}
 
 const PLACEMENT: PoseNames =
     PoseNames { rotation: "placement.rotation", translation: "placement.translation" };
@@ -93,30 +47,6 @@ impl Link {
         }
         self.stop.validate(joint)?;
         Ok(Self { inertia, ..*self })
-    }
-}
-
-impl JointLimits {
-    /// Refuses NaN, limits that no position can meet, and a speed or effort that is not > 0.
-    ///
-    /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `limits.lower`, `limits.upper`, `limits.velocity` or `limits.effort`.
-    pub fn validate(&self, joint: usize) -> Result<()> {
-        let of = |parameter| Of { parameter, joint: Some(joint) };
-        let number = |parameter, got: f64| {
-            let nan = Error::not_finite(parameter, got).at(joint);
-            if got.is_nan() { Err(nan) } else { Ok(()) }
-        };
-        number("limits.lower", self.lower)?;
-        number("limits.upper", self.upper)?;
-        number("limits.velocity", self.velocity)?;
-        number("limits.effort", self.effort)?;
-        let below_infinity = self.lower < f64::INFINITY;
-        of("limits.lower").accept(self.lower, below_infinity, "less than +infinity")?;
-        let reachable = self.upper >= self.lower && self.upper > f64::NEG_INFINITY;
-        of("limits.upper").accept(self.upper, reachable, "at least limits.lower")?;
-        of("limits.velocity").accept(self.velocity, self.velocity > 0.0, "a number > 0")?;
-        of("limits.effort").accept(self.effort, self.effort > 0.0, "a number > 0")
     }
 }
 

@@ -2,8 +2,9 @@
 
 use roxmltree::Node;
 
-use crate::robot::ReadError;
+use crate::arm::Pose;
 use crate::robot::error::quoted;
+use crate::robot::{ReadError, frames};
 
 /// Lines are counted once for every so many bytes: a file with many faults takes no longer than it is long.
 const BLOCK: usize = 1024;
@@ -177,6 +178,14 @@ impl<'a> Source<'a> {
             attribute_at(node, name),
             format!("{owner}, <{tag} {name}>: got {value}, wants a number >= 0"),
         ))
+    }
+
+    /// `<origin>` of an element, or no displacement.
+    pub fn origin(&self, parent: Node, owner: &str) -> Result<Pose, ReadError> {
+        let Some(node) = self.child(parent, "origin", owner)? else { return Ok(Pose::IDENTITY) };
+        let xyz = self.three(node, "xyz", owner)?.unwrap_or_default();
+        let rpy = self.three(node, "rpy", owner)?.unwrap_or_default();
+        Ok(Pose { rotation: frames::roll_pitch_yaw(rpy), translation: xyz.into() })
     }
 
     /// The three numbers of an attribute, if it is there.

@@ -4,7 +4,6 @@ use nalgebra::Vector3;
 use roxmltree::Node;
 
 use super::elements::{Source, attribute_at};
-use super::link::origin;
 use crate::arm::{JointLimits, Pose};
 use crate::robot::ReadError;
 use crate::robot::error::quoted;
@@ -71,7 +70,7 @@ impl<'n, 'i> JointPart<'n, 'i> {
     /// Its frame in that of the parent.
     pub fn origin(&self, source: &Source) -> Result<Pose, ReadError> {
         source.refuse_macros(self.node)?;
-        origin(source, self.node, &self.owner())
+        source.origin(self.node, &self.owner())
     }
 
     /// Axis, limits and friction.

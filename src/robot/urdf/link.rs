@@ -5,10 +5,10 @@ use roxmltree::Node;
 
 use super::elements::Source;
 use super::solid;
-use crate::arm::{Inertia, Pose};
+use crate::arm::Inertia;
 use crate::math::Matrix;
 use crate::robot::error::quoted;
-use crate::robot::{ReadError, checks, frames};
+use crate::robot::{ReadError, checks};
 
 /// A link; its `<inertial>` is read where its mass counts.
 pub(super) struct LinkPart<'n, 'i> {
@@ -67,14 +67,6 @@ impl<'n, 'i> LinkPart<'n, 'i> {
     }
 }
 
-/// `<origin>`, or no displacement.
-pub(super) fn origin(source: &Source, parent: Node, owner: &str) -> Result<Pose, ReadError> {
-    let Some(node) = source.child(parent, "origin", owner)? else { return Ok(Pose::IDENTITY) };
-    let xyz = source.three(node, "xyz", owner)?.unwrap_or_default();
-    let rpy = source.three(node, "rpy", owner)?.unwrap_or_default();
-    Ok(Pose { rotation: frames::roll_pitch_yaw(rpy), translation: xyz.into() })
-}
-
 fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadError> {
     source.refuse_macros(node)?;
     let at = node.range().start;
@@ -83,7 +75,7 @@ fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadEr
             source.error(at, format!("{owner}: got <inertial> without <{name}>, wants one"))
         })
     };
-    let frame = origin(source, node, owner)?;
+    let frame = source.origin(node, owner)?;
     let mass_node = needed("mass")?;
     let mass = source.required(mass_node, "value", owner)?;
     let moments_node = needed("inertia")?;

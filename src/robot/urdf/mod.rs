@@ -5,6 +5,7 @@
 mod chain;
 mod elements;
 mod joint;
+mod layout;
 mod lenient;
 mod link;
 mod names;

@@ -3,9 +3,9 @@
 
 use nalgebra::Vector3;
 
-use super::chain::{Layout, left_out};
 use super::elements::Source;
 use super::joint::Motion;
+use super::layout::{Layout, left_out};
 use super::path::Path;
 use super::tree::Tree;
 use crate::math::Matrix;

@@ -10,7 +10,6 @@ use nalgebra::Vector3;
 use roxmltree::Node;
 
 use super::elements::Source;
-use super::link::origin;
 use crate::arm::Inertia;
 use crate::math::Matrix;
 use crate::robot::ReadError;
@@ -69,5 +68,5 @@ fn part(
     };
     let moments = Matrix::<3>::from_diagonal(&(Vector3::from(moments) * mass));
     let inertia = Inertia { mass, com: Vector3::zeros(), moments };
-    Ok(Some(inertia.transformed(&origin(source, shape, owner)?)))
+    Ok(Some(inertia.transformed(&source.origin(shape, owner)?)))
 }

@@ -210,6 +210,8 @@ fn as_chain(p: &TwoLinkParameters) -> Serial<2> {
 fn a_chain_of_two_agrees_with_the_closed_form() {
     // Relative to the largest entry.
     const AGREEMENT: f64 = 1e-13;
+    // Of the sine of an angle of some turns, in metres.
+    const ROUNDING: f64 = 1e-14;
     let friction = Friction { viscous: [0.4, 0.3], coulomb: [0.5, 0.2], smoothing: [0.05, 0.1] };
     let paper = TwoLinkParameters::default();
     let parameters = [
@@ -240,6 +242,15 @@ fn a_chain_of_two_agrees_with_the_closed_form() {
             assert!(off < AGREEMENT, "{off:e}");
             let off = closed.potential_energy(&q) - chain.potential_energy(&q);
             assert!(off.abs() < 1e-12, "{off:e}");
+            let [first, second] = chain.link_poses(&q);
+            let places = [first.translation, second.translation, chain.pose(&q).translation];
+            let [shoulder, elbow] = closed.link_poses(&q);
+            let tip = closed.pose(&q);
+            for (frame, wanted) in [shoulder, elbow, tip].iter().zip(places) {
+                assert!((frame.translation - wanted).amax() < ROUNDING, "{frame:?}");
+            }
+            let along = (tip.translation - elbow.translation) / p.length[1];
+            assert!((tip.rotation.column(0) - along).amax() < ROUNDING);
         }
     }
 }

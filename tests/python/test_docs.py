@@ -1,0 +1,95 @@
+"""What the manual says of the code is there, and its examples run."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+TEXTS = [ROOT / "README.md", *PAGES]
+
+
+def blocks(text: Path, language: str) -> list[str]:
+    return re.findall(rf"```{language}\n(.*?)```", text.read_text(encoding="utf-8"), re.DOTALL)
+
+
+def anchors(page: Path) -> set[str]:
+    """The places of a page that links may name: its headings, as GitHub and MyST write them."""
+    heads = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", head.lower()).replace(" ", "-") for head in heads}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_python_examples_of_the_manual_run(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # some write pictures
+    for code in blocks(page, "python"):
+        exec(compile(code, str(page), "exec"), {})
+
+
+def test_first_example_has_12_statements_at_most_and_tracks() -> None:
+    names: dict[str, object] = {}
+    first = blocks(ROOT / "docs/start.md", "python")[0]
+    exec(compile(first, "start.md", "exec"), names)
+    assert len([line for line in first.splitlines() if line.strip()]) <= 12
+    run = names["run"]
+    assert run.status.finished  # type: ignore[attr-defined]
+    assert (run.metrics(window=(5, 10)).rms_e < 0.03).all()  # type: ignore[attr-defined]
+
+
+def test_rust_examples_are_whole_as_they_are_read() -> None:
+    """What rustdoc hides, a reader does not have; that they compile is tested as doctests."""
+    found = [(page, code) for page in TEXTS for code in blocks(page, "rust")]
+    assert found
+    doctested = (ROOT / "src/lib.rs").read_text(encoding="utf-8")
+    for page, code in found:
+        assert f'include_str!("../{page.relative_to(ROOT)}")' in doctested
+        assert "fn main()" in code
+        assert not re.search(r"^\s*#(\s|$)", code, re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
+def test_every_link_leads_somewhere(page: Path) -> None:
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+        if link.startswith("https://"):
+            continue
+        file, _, place = link.partition("#")
+        target = page.parent / file if file else page
+        assert target.exists(), link
+        assert not place or place in anchors(target), link
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
+def test_every_file_that_is_named_exists(page: Path) -> None:
+    named = r"`((?:src|python|tests|benches|examples|docs)/[\w/.-]+)"
+    text = page.read_text(encoding="utf-8")
+    assert not [name for name in re.findall(named, text) if not (ROOT / name).exists()]
+
+
+def test_every_page_is_in_the_contents() -> None:
+    contents = (ROOT / "docs/index.md").read_text(encoding="utf-8").splitlines()
+    assert not [page.name for page in PAGES if page.stem != "index" and page.stem not in contents]
+
+
+def steps() -> list[tuple[str, str]]:
+    """File and name of every step of the walk in design.md."""
+    rows = re.findall(
+        r"^\| `([^`]+\.\w+)` \| ([^|]+) \|",
+        (ROOT / "docs/design.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    return [(file, name) for file, names in rows for name in re.findall(r"`(\w+)`", names)]
+
+
+@pytest.mark.parametrize(("file", "name"), steps())
+def test_every_step_of_the_walk_is_in_the_code(file: str, name: str) -> None:
+    code = (ROOT / file).read_text(encoding="utf-8")
+    assert re.search(rf"\b(fn|def|struct|class|trait|enum) {name}\b", code)
+
+
+def test_the_map_has_every_room() -> None:
+    rooms = {path.name for path in (ROOT / "src").iterdir()} - {"lib.rs"}
+    design = (ROOT / "docs/design.md").read_text(encoding="utf-8")
+    assert not [room for room in rooms if f"`{room.removesuffix('/')}" not in design]
