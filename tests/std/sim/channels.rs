@@ -43,7 +43,8 @@ fn columns_are_the_fields_by_name() {
     assert_eq!((run.values("v"), run.values("weights")), (None, None));
     let columns = run.clone().into_columns();
     let names: Vec<_> = columns.iter().map(|column| column.channel.name).collect();
-    let common = "t q dq q_d dq_d ddq_d e de tau tau_model tau_compensation rho rho_hat weights_norm V";
+    let common =
+        "t q dq q_d dq_d ddq_d e de tau tau_model tau_compensation rho rho_hat weights_norm V";
     assert_eq!(names.join(" "), format!("{common} atoms error_bound"));
     assert_eq!(Run::<2>::channels().count(), 15);
     for column in columns {
