@@ -34,8 +34,8 @@ from ._core import (
     care,
 )
 from .design import DesignReport, design
-from .run import Certificate, Metrics, Run, Status
-from .simulation import simulate
+from .run import Certificate, Channel, Metrics, Run, Status
+from .simulation import replay, simulate
 
 if _TYPE_CHECKING:
     from types import ModuleType
@@ -50,6 +50,7 @@ _DRAWING = ("animation", "plots")
 
 __all__ = [
     "Certificate",
+    "Channel",
     "ComputedTorque",
     "DesignReport",
     "Excess",
@@ -72,6 +73,7 @@ __all__ = [
     "care",
     "design",
     "paper",
+    "replay",
     "simulate",
 ]
 

@@ -32,6 +32,7 @@ __all__ = [
     "TwoLink",
     "bounded_real_riccati",
     "care",
+    "channels",
     "design",
     "desired_motion",
     "metrics",
@@ -944,6 +945,9 @@ def simulate(
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
+
+def channels() -> list[tuple[str, str, bool, str]]:
+    """Tell the signals of every record: name, unit, whether there is one a joint, what it is."""
 
 def desired_motion(
     reference: Sines | Quintic | Table | _ReferenceCallable,

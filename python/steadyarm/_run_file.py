@@ -1,5 +1,9 @@
 """The files of `Run.save`: an .npz of float64 arrays, and JSON for the rest.
 
+Format 3 has beside format 2: the compensator's own signals, each in a member ``own.NAME``, and the
+scene that the run was made with, as JSON in bytes, with the state that its tracker started in. A
+signal that the core has learnt to record since a file was written is as if it was not recorded.
+
 A file is hostile until it is known: its members, their sizes and headers are looked at before one
 of them is read, and nothing is believed that no simulation could have recorded.
 """
@@ -11,7 +15,7 @@ import math
 import os
 import stat
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any, BinaryIO, get_args, get_type_hints
 from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
@@ -19,20 +23,23 @@ from zipfile import ZIP_DEFLATED, ZIP_STORED, ZipFile, ZipInfo
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, _files
-from .run import TORQUES, Certificate, Run, Status
+from . import _core, _files, _scene
+from .run import CHANNELS, DESIRED, MOTION, TORQUES, Certificate, Channel, Run, Status
 
 Array = NDArray[np.float64]
 
-FORMAT = 2
-"""Version of the files."""
+FORMAT, OLDEST = 3, 2
+"""Version of the files that are written, and the oldest that is read."""
 
-FLAT = ("t", "weights_norm", "V")
-OPTIONAL = ("weights", "weights_norm", "V")
-ARRAYS = tuple(
-    field.name for field in fields(Run) if field.name not in ("status", "certificate", "dictionary")
-)
-"""Arrays of one column, arrays that a run need not have, and all arrays."""
+ARRAYS = (*CHANNELS, "weights")
+REQUIRED = (*MOTION, *DESIRED, *TORQUES)
+"""Arrays of every run by name, and those of them that every file has."""
+
+SCENE = ("scene", "start")
+"""Members of bytes: what the run was made with, and the state of its tracker."""
+
+OWN = "own."
+"""What the members of the compensator's own signals begin with."""
 
 KINDS = get_args(get_type_hints(Status)["kind"])
 """Why a run may have ended."""
@@ -43,39 +50,87 @@ META_BYTES = 1 << 20
 WEIGHTS_BYTES = (1 << 26) + (1 << 10)
 """No weights are more: 2^20 rules for eight joints, and a header [bytes]."""
 
-MAX_BYTES = 4 * _core.MAX_RECORD_BYTES + WEIGHTS_BYTES + META_BYTES
+SCENE_BYTES = 1 << 26
+"""A scene of more is left out [bytes]: that of a table of 100 000 rows for seven joints is less."""
+
+START_BYTES = (1 << 27) + (1 << 20)
+"""No state is larger: two matrices of weights, and a header [bytes]."""
+
+LIMITS = {
+    "meta": META_BYTES, "weights": WEIGHTS_BYTES, "scene": SCENE_BYTES, "start": START_BYTES,
+}  # fmt: skip
+
+MAX_BYTES = 4 * _core.MAX_RECORD_BYTES + sum(LIMITS.values())
 """No run is larger [bytes]: of the motion alone, set-points and errors make 3.5 times as much."""
 
 DEFLATE_RATIO = 1040
 """Deflate makes nothing smaller than by 1032, so a member that claims more lies."""
 
 
+@dataclass
+class _Content:
+    """What a file holds, member by member."""
+
+    meta: dict[str, Any]
+    arrays: dict[str, Array]
+    own: dict[str, Array]
+    scene: bytes | None
+    start: bytes | None
+
+    def members(self) -> dict[str, Any]:
+        """The members by name."""
+        own = {OWN + name: array for name, array in self.own.items()}
+        scene = {
+            name: np.frombuffer(content, np.uint8)
+            for name, content in zip(SCENE, (self.scene, self.start), strict=True)
+            if content is not None
+        }
+        return {"meta": np.array(json.dumps(self.meta)), **self.arrays, **own, **scene}
+
+
 def save(run: Run, path: str | Path) -> None:
     """Write ``run``. Raises ValueError for one that `load` would refuse."""
-    arrays = {name: array for name in ARRAYS if (array := getattr(run, name)) is not None}
-    dictionary = run.dictionary
-    meta = {
-        "format": FORMAT,
-        "arrays": sorted(arrays),
-        "status": asdict(run.status),
-        "certificate": None if run.certificate is None else asdict(run.certificate),
-        "dictionary": dictionary
-        and dictionary | {"error_bound": dictionary["error_bound"].tolist()},
-    }
-    text = json.dumps(meta)
+    content = _content(run)
     try:
-        _check_shapes({name: (array.dtype, array.shape) for name, array in arrays.items()})
-        for name, array in arrays.items():
+        _check_shapes({n: (a.dtype, a.shape) for n, a in (content.arrays | _own(content)).items()})
+        for name, array in (content.arrays | _own(content)).items():
             _check_values(name, array)
-        _run(_parsed(text), arrays)
+        _run(_Content(**vars(content) | {"meta": _parsed(json.dumps(content.meta))}))
     except ValueError as error:
         raise ValueError(f"run: got one that no simulation records ({error})") from error
 
     def write(part: Path) -> None:
         with part.open("wb") as file:
-            np.savez_compressed(file, meta=np.array(text), **arrays)
+            np.savez_compressed(file, **content.members())
 
     _files.replace(path, write)
+
+
+def _own(content: _Content) -> dict[str, Array]:
+    return {OWN + name: array for name, array in content.own.items()}
+
+
+def _content(run: Run) -> _Content:
+    """What the file of a run holds."""
+    arrays = {name: array for name in ARRAYS if (array := getattr(run, name)) is not None}
+    dictionary, made = run.dictionary, run._made
+    meta = {
+        "format": FORMAT,
+        "arrays": sorted(arrays),
+        "own": {
+            channel.name: {"unit": channel.unit, "shape": channel.shape, "doc": channel.doc}
+            for channel in run.own
+        },
+        "status": asdict(run.status),
+        "certificate": None if run.certificate is None else asdict(run.certificate),
+        "dictionary": dictionary
+        and dictionary | {"error_bound": dictionary["error_bound"].tolist()},
+    }
+    own = {channel.name: array for channel, array in run.own.items()}
+    content = _Content(meta, arrays, own, None, None)
+    if made is not None and len(scene := json.dumps(made.plain).encode()) <= SCENE_BYTES:
+        content.scene, content.start = scene, made.start
+    return content
 
 
 def load(path: str | Path) -> Run:
@@ -95,26 +150,67 @@ def _load(file: BinaryIO) -> Run:
     with ZipFile(file) as archive:
         members = _members(archive, status.st_size)
         meta = _meta(archive, members.pop("meta"))
-        if sorted(members) != meta["arrays"]:
+        scene, start = (_bytes(archive, members.pop(name, None)) for name in SCENE)
+        own = {name for name in members if name.startswith(OWN)}
+        if sorted(set(members) - own) != meta["arrays"]:
             raise ValueError(f"arrays: got {sorted(members)}, wants {meta['arrays']}")
+        if own != {OWN + name for name in meta["own"]}:
+            raise ValueError(f"own: got {sorted(own)}, wants {sorted(meta['own'])}")
         _check_shapes({name: _header(archive, member) for name, member in members.items()})
         # The times come first: zeros pack well, times that rise do not.
         arrays: dict[str, Array] = {}
         for name in sorted(members, key=lambda name: name != "t"):
             arrays[name] = _read(archive, members[name])
             _check_values(name, arrays[name])
-    return _run(meta, arrays)
+    own_arrays = {name.removeprefix(OWN): arrays.pop(name) for name in sorted(own)}
+    return _run(_Content(meta, arrays, own_arrays, scene, start))
 
 
-def _run(meta: dict[str, Any], arrays: dict[str, Array]) -> Run:
-    certificate = meta["certificate"]
-    columns: dict[str, Any] = dict.fromkeys(OPTIONAL) | arrays
-    return Run(
-        **columns,
+def _run(content: _Content) -> Run:
+    meta, arrays = content.meta, content.arrays
+    certificate, joints = meta["certificate"], arrays["q"].shape[1]
+    columns: dict[str, Any] = {"weights": None}
+    for name, (_, per_joint, _) in CHANNELS.items():
+        columns[name] = np.empty((0, joints)) if per_joint else None
+    run = Run(
+        **columns | arrays,
         status=_status(meta["status"]),
         certificate=None if certificate is None else _certificate(certificate),
-        dictionary=_dictionary(meta["dictionary"], arrays["q"].shape[1]),
+        dictionary=_dictionary(meta["dictionary"], joints),
+        own={
+            _channel(name, meta["own"][name], array): array for name, array in content.own.items()
+        },
     )
+    if (content.scene is None) != (content.start is None):
+        raise ValueError("scene: got one of scene and start, wants both or none")
+    if content.scene is not None and content.start is not None:
+        parts = _scene.read(content.scene, joints)
+        vars(run)["_scene"] = _scene.Scene(parts, content.start)
+    return run
+
+
+def _channel(name: str, values: Any, array: Array) -> Channel:
+    """A signal of the compensator's own, with its name one that a run has no other use for."""
+    values = _only(values, f"own.{name}", ("unit", "shape", "doc"))
+    taken = {*dir(Run), *(field.name for field in fields(Run))}
+    if not name.isidentifier() or name.startswith("_") or name in taken:
+        raise ValueError(f"own: got the name {name!r:.80}, wants one of its own")
+    for key in ("unit", "doc"):
+        if not isinstance(values[key], str) or not values[key].isprintable():
+            raise ValueError(f"{key}: got {values[key]!r:.80}, wants a line of text")
+    if list(values["shape"]) != list(array.shape[1:]):
+        raise ValueError(f"shape: got {values['shape']!r:.80}, wants {array.shape[1:]}")
+    return Channel(name, values["unit"], array.shape[1:], values["doc"])
+
+
+def _bytes(archive: ZipFile, member: ZipInfo | None) -> bytes | None:
+    """A member of bytes."""
+    if member is None:
+        return None
+    dtype, shape = _header(archive, member)
+    if dtype != np.uint8 or len(shape) != 1:
+        raise ValueError(f"{member.filename}: got {dtype} {shape}, wants bytes")
+    return bytes(_read(archive, member))
 
 
 def _members(archive: ZipFile, file_bytes: int) -> dict[str, ZipInfo]:
@@ -122,7 +218,7 @@ def _members(archive: ZipFile, file_bytes: int) -> dict[str, ZipInfo]:
     members: dict[str, ZipInfo] = {}
     for member in archive.infolist():
         name = member.filename.removesuffix(".npy")
-        if name not in ("meta", *ARRAYS) or name == member.filename:
+        if not _is_known(name) or name == member.filename:
             raise ValueError(f"member: got {member.filename!r:.80}, which no run has")
         if name in members:
             raise ValueError(f"member: got {member.filename!r} twice")
@@ -131,18 +227,23 @@ def _members(archive: ZipFile, file_bytes: int) -> dict[str, ZipInfo]:
         if member.file_size > DEFLATE_RATIO * member.compress_size:
             raise ValueError(f"{name}: got {member.compress_size} bytes for {member.file_size}")
         members[name] = member
-    missing = {"meta", *ARRAYS} - set(OPTIONAL) - set(members)
+    missing = {"meta", *REQUIRED} - set(members)
     if missing:
         raise ValueError(f"members: got none of the name {', '.join(sorted(missing))}")
     if sum(member.compress_size for member in members.values()) > file_bytes:
         raise ValueError("members: they overlap")
     sizes = {name: member.file_size for name, member in members.items()}
-    for name, limit in (("meta", META_BYTES), ("weights", WEIGHTS_BYTES)):
+    for name, limit in LIMITS.items():
         if sizes.get(name, 0) > limit:
             raise ValueError(f"{name}: got {sizes[name]} bytes, wants at most {limit}")
     if sum(sizes.values()) > MAX_BYTES:
         raise ValueError(f"members: got {sum(sizes.values())} bytes, wants at most {MAX_BYTES}")
     return members
+
+
+def _is_known(name: str) -> bool:
+    own = name.startswith(OWN) and name.removeprefix(OWN).isidentifier()
+    return own or name in ("meta", *SCENE, *ARRAYS)
 
 
 def _header(archive: ZipFile, member: ZipInfo) -> tuple[np.dtype[Any], tuple[int, ...]]:
@@ -166,10 +267,13 @@ def _read(archive: ZipFile, member: ZipInfo) -> Any:
 
 def _check_shapes(headers: Mapping[str, tuple[np.dtype[Any], tuple[int, ...]]]) -> None:
     """Refuse arrays whose type or shape no simulation could have given."""
-    shapes = {name: shape for name, (_, shape) in headers.items()}
     for name, (dtype, shape) in headers.items():
-        if dtype != np.float64 or len(shape) != (1 if name in FLAT else 2):
+        own = name.startswith(OWN)
+        per_joint = name == "weights" or (not own and CHANNELS[name][1])
+        dimensions = (1, 2) if own else (2,) if per_joint else (1,)
+        if dtype != np.float64 or len(shape) not in dimensions:
             raise ValueError(f"{name}: got {dtype} {shape}, wants float64 of one row a time")
+    shapes = {name: shape for name, (_, shape) in headers.items()}
     (rows,), joints = shapes["t"], shapes["q"][1]
     recorded = shapes["tau"][0]
     if joints < 1:
@@ -177,8 +281,8 @@ def _check_shapes(headers: Mapping[str, tuple[np.dtype[Any], tuple[int, ...]]]) 
     if recorded not in (0, rows):
         raise ValueError(f"tau: got {recorded} rows, wants {rows}, or none")
     for name, shape in shapes.items():
-        length = recorded if name in TORQUES else rows
-        wanted = (length,) if name in FLAT else (length, joints)
+        length = rows if name in (*MOTION, *DESIRED) or len(shape) == 1 else recorded
+        wanted = (length,) if len(shape) == 1 else (length, joints)
         if name == "weights":
             wanted = (joints, shape[1])
         if shape != wanted:
@@ -207,11 +311,16 @@ def _meta(archive: ZipFile, member: ZipInfo) -> dict[str, Any]:
 def _parsed(text: str) -> dict[str, Any]:
     """JSON with the keys that it must have, each once, and finite numbers."""
     meta = json.loads(text, object_pairs_hook=_unique, parse_constant=_not_finite)
-    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
-        version = meta.get("format") if isinstance(meta, dict) else None
-        raise ValueError(f"format: got {version!r:.80}, wants {FORMAT}")
+    version = meta.get("format") if isinstance(meta, dict) else None
+    if type(version) is not int or not OLDEST <= version <= FORMAT:
+        raise ValueError(f"format: got {version!r:.80}, wants {OLDEST} to {FORMAT}")
     meta.setdefault("dictionary", None)
-    return _only(meta, "meta", ("format", "arrays", "status", "certificate", "dictionary"))
+    if version == OLDEST:
+        meta.setdefault("own", {})
+    meta = _only(meta, "meta", ("format", "arrays", "own", "status", "certificate", "dictionary"))
+    if not isinstance(meta["own"], dict):
+        raise ValueError(f"own: got {meta['own']!r:.80}, wants an object")
+    return meta
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:

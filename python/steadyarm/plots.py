@@ -21,7 +21,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
 from . import _files
-from .run import Run
+from .run import CHANNELS, Run
 
 BLUE, ORANGE, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9"
 INK, GRAY, PALE, FAINT = "#222222", "#767676", "#B8B8B8", "#E6E6E6"
@@ -82,15 +82,18 @@ def overview(run: Run) -> Picture:
 
     From the top: position, error, torque with its two parts (if it was recorded); with a
     compensator also what the model leaves out (ρ) against its estimate (ρ̂), the size of the weights
-    and the Lyapunov function V. Of a run that blew up the axes show the part that can be read, and
-    the title says what happened.
+    and the Lyapunov function V, and what the compensator adds. Of a run that blew up the axes show
+    the part that can be read, and the title says what happened.
     """
     adaptive = run.weights_norm is not None and run.V is not None
     rows = (4 if adaptive else 3) if len(run.tau) else 2
+    own = [channel.name for channel in run.own]
+    below = adaptive + len(own)
     width = max(5.2 * min(run.joints, 2), 2.9 * run.joints, 7.0)
-    picture = Picture(width=width, height=2.2 * (rows + adaptive) + 0.3)
-    grid = picture.add_gridspec(rows + adaptive, 2 * run.joints)
-    names = ("position [rad]", "error [rad]", "torque [N·m]", "model error [rad/s²]")
+    picture = Picture(width=width, height=2.2 * (rows + below) + 0.3)
+    grid = picture.add_gridspec(rows + below, 2 * run.joints)
+    words = {"q": "position", "e": "error", "tau": "torque", "rho": "model error"}
+    names = [f"{word} [{CHANNELS[name][0]}]" for name, word in words.items()]
     narrow = run.joints > 2
     keys: dict[str, Artist] = {}
     for joint in range(run.joints):
@@ -109,21 +112,37 @@ def overview(run: Run) -> Picture:
         column[0].set_title(f"joint {joint + 1}", loc="right", fontsize=11, fontweight="bold")
         column[-1].set_xlabel("time [s]")
     if run.weights_norm is not None and run.V is not None:
-        parts = (
-            (run.weights_norm, PURPLE, "weights, |W| [rad/s²]"),
-            (run.V, BLUE, "Lyapunov function V [1]"),
-        )
-        for side, (values, colour, name) in enumerate(parts):
+        parts = (("weights_norm", PURPLE, "weights, |W|"), ("V", BLUE, "Lyapunov function V"))
+        for side, (name, colour, word) in enumerate(parts):
             half = slice(side * run.joints, (side + 1) * run.joints)
             axes = picture.add_subplot(grid[rows, half])
-            _line(axes, run.t, values, colour)
-            _dress(axes, run, name)
+            _line(axes, run.t, getattr(run, name), colour)
+            _dress(axes, run, f"{word} [{CHANNELS[name][0]}]")
             axes.set_xlabel("time [s]")
+    for row, name in enumerate(own, start=rows + adaptive):
+        _signal(picture.add_subplot(grid[row, :]), run, name)
     if narrow:
         picture.legend(
             keys.values(), keys.keys(), loc="outside lower center", ncols=len(keys), frameon=False,
             fontsize=10,
         )  # fmt: skip
+    if not run.status.finished:
+        picture.suptitle(str(run.status), color=ORANGE, fontsize=11, fontweight="bold")
+    return picture
+
+
+def signals(run: Run, names: Sequence[str]) -> Picture:
+    """Draw signals of a run one below the other, by their names in `Run.channels`.
+
+    A signal of several joints has a curve a joint. Raises ValueError for one that the run has not.
+    """
+    unknown = [name for name in names if name not in run.channels]
+    if unknown or not names:
+        got = repr(unknown[0]) if unknown else "none"
+        raise ValueError(f"names: got {got}, wants some of {', '.join(run.channels)}")
+    picture = Picture(width=8.0, height=2.2 * len(names) + 0.3)
+    for row, name in enumerate(names):
+        _signal(picture.add_subplot(len(names), 1, row + 1), run, name)
     if not run.status.finished:
         picture.suptitle(str(run.status), color=ORANGE, fontsize=11, fontweight="bold")
     return picture
@@ -193,6 +212,19 @@ def approximation(rows: Sequence[tuple[int, float]]) -> Picture:
     axes.set_ylabel("largest error, sup |g − f| [unit of g]")
     axes.set_title("A fuzzy system comes as close as you like, given enough rules", fontsize=12)
     return picture
+
+
+def _signal(axes: Axes, run: Run, name: str) -> None:
+    """One signal over time, a curve a joint."""
+    array = np.asarray(getattr(run, name))
+    labels = [""] if array.ndim == 1 else [f"joint {joint + 1}" for joint in range(run.joints)]
+    for index, (curve, label) in enumerate(
+        zip(array.reshape(len(run.t), -1).T, labels, strict=True)
+    ):
+        colour, line = CYCLE[index % len(CYCLE)]
+        _line(axes, run.t, curve, colour, linestyle=line, label=label)
+    _dress(axes, run, f"{name} [{run.channels[name].unit}]")
+    axes.set_xlabel("time [s]")
 
 
 def _position(axes: Axes, run: Run, joint: int) -> None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, make_dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -11,11 +12,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._scene import Scene, joint_names
 
 if TYPE_CHECKING:
+    import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
+    import xarray  # type: ignore[import-untyped, import-not-found, unused-ignore]
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+
+CHANNELS = {name: (unit, per_joint, doc) for name, unit, per_joint, doc in _core.channels()}
+"""The signals of every record: name to unit, whether there is one a joint, and what it is."""
+
+MOTION = ("t", "q", "dq")
+"""Arrays that every record has."""
 
 DESIRED = ("q_d", "dq_d", "ddq_d", "e", "de")
 """Arrays that a record of the motion alone has when they are first asked for."""
@@ -120,73 +130,111 @@ class Metrics:
         return f"Metrics({', '.join(words)})"
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """The record of a simulation, time first: every array has shape (T,) or (T, n).
+@dataclass(frozen=True)
+class Channel:
+    """A recorded signal: what a column of a `Run` holds.
 
-    A record of the motion alone (``record="motion"``) has no rows of torque and model error, and
-    computes set-points and errors when one of them is first asked for.
+    For a prismatic joint m and N stand for rad and N·m.
     """
 
-    t: Array
-    """Time [s]."""
-    q: Array
-    """Position [rad]."""
-    dq: Array
-    """Velocity [rad/s]."""
-    q_d: Array
-    """Desired position [rad]."""
-    dq_d: Array
-    """Desired velocity [rad/s]."""
-    ddq_d: Array
-    """Desired acceleration [rad/s²]."""
-    e: Array
-    """Tracking error q - q_d [rad]; in [-π, π) for a continuous joint."""
-    de: Array
-    """Its rate [rad/s]."""
-    tau: Array
-    """Applied torque [N·m]."""
-    tau_model: Array
-    """Its part from the nominal model, M₀v + H₀ [N·m]."""
-    tau_compensation: Array
-    """Its part from the compensator, -M₀ρ̂ [N·m]."""
-    rho: Array
-    """ρ, what the nominal model leaves out [rad/s²]."""
-    rho_hat: Array
-    """ρ̂, the compensator's estimate of it [rad/s²]."""
+    name: str
+    """Its attribute of the run."""
+    unit: str
+    """Its unit; "1" for a number without one."""
+    shape: tuple[int, ...]
+    """Shape of a row: (n,), or () for one number."""
+    doc: str
+    """What it is."""
+
+    @classmethod
+    def _of(cls, declared: tuple[str, str, bool, str], joints: int) -> Channel:
+        name, unit, per_joint, doc = declared
+        return cls(name, unit, (joints,) if per_joint else (), doc)
+
+
+if TYPE_CHECKING:
+
+    @dataclass(frozen=True, eq=False)
+    class _Columns:
+        """The signals that editors know. The core declares them, and may have more."""
+
+        t: Array
+        q: Array
+        dq: Array
+        q_d: Array
+        dq_d: Array
+        ddq_d: Array
+        e: Array
+        de: Array
+        tau: Array
+        tau_model: Array
+        tau_compensation: Array
+        rho: Array
+        rho_hat: Array
+        weights_norm: Array | None
+        V: Array | None
+else:
+    _Columns = make_dataclass("_Columns", list(CHANNELS), frozen=True, eq=False)
+
+
+@dataclass(frozen=True, eq=False)
+class Run(_Columns):
+    """The record of a simulation, time first: every signal is an attribute, (T,) or (T, n).
+
+    `channels` tells which there are, with unit, shape and meaning. A signal of one number that was
+    not recorded is None. A record of the motion alone (``record="motion"``) has no rows of torque
+    and model error, and computes set-points and errors when one of them is first asked for.
+    """
+
     weights: Array | None
     """Final weights (n, rules); None without a compensator, or with a dictionary."""
-    weights_norm: Array | None
-    """|W| over time (T,); None without a compensator."""
-    V: Array | None
-    """Lyapunov function over time (T,); None without a compensator."""
     status: Status
     """Why the run ended."""
     certificate: Certificate | None
     """The dissipation identity; None for sampled control or without a compensator."""
     dictionary: _core._Dictionary | None = None
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
+    own: Mapping[Channel, Array] = field(default_factory=dict)
+    """Signals that the compensator adds; each is an attribute too."""
 
     @classmethod
-    def _from_record(cls, record: dict[str, Any], reference: Any) -> Run:
-        """Build a run from the core's record, and the reference that it followed."""
-        certificate, parts = record["certificate"], record.pop("tracker")
+    def _from_record(
+        cls, record: dict[str, Any], plant: _core.Plant, reference: Any, options: Mapping[str, Any]
+    ) -> Run:
+        """Build a run from the core's record, and what was simulated."""
+        certificate, parts = record["certificate"], record["tracker"]
+        columns, joints = record["columns"], record["columns"]["q"].shape[1]
+        for name, (_, per_joint, _) in CHANNELS.items():
+            array = columns[name]
+            if array is not None and (per_joint or len(array) or name in MOTION):
+                continue
+            if name in DESIRED:
+                del columns[name]
+            else:
+                columns[name] = np.empty((0, joints)) if per_joint else None
         run = cls.__new__(cls)
         vars(run).update(
-            record,
+            columns,
+            weights=record["weights"],
             status=Status(*record["status"]),
             certificate=None if certificate is None else Certificate(**certificate),
+            dictionary=record["dictionary"],
+            own={Channel._of(declared, joints): array for declared, array in record["own"]},
+            _tracker=parts,
+            _reference=reference,
+            _scene=Scene.of(plant, parts[0], record["start"], reference, options),
         )
-        vars(run)["_tracker"] = parts
-        if "q_d" not in record:
-            vars(run)["_reference"] = reference
         return run
 
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            # Called for what is not there alone: the set-points of a record of the motion. The
-            # reference stays, in case two threads ask at once.
+            # Called for what is not there alone: what the compensator adds, and the set-points of a
+            # record of the motion. The reference stays, in case two threads ask at once.
+            if not name.startswith("_"):
+                for channel, array in vars(self).get("own", {}).items():
+                    if channel.name == name:
+                        return array
             if name not in DESIRED or "_reference" not in vars(self):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
             (nominal, *_), _ = self._tracker
@@ -199,7 +247,88 @@ class Run:
         """Return all that a copy has: set-points and errors instead of the reference."""
         for name in DESIRED:
             getattr(self, name)
-        return {name: value for name, value in vars(self).items() if name != "_reference"}
+        state = {name: value for name, value in vars(self).items() if name != "_reference"}
+        if self._made is not None:
+            state["_scene"] = Scene(self._made.plain, self._made.start)
+        return state
+
+    def __dir__(self) -> list[str]:
+        return sorted({*super().__dir__(), *self.channels})
+
+    @property
+    def _made(self) -> Scene | None:
+        scene: Scene | None = vars(self).get("_scene")
+        return scene
+
+    @property
+    def channels(self) -> dict[str, Channel]:
+        """The signals that this run has rows of, by name."""
+        common = [Channel._of((name, *rest), self.joints) for name, rest in CHANNELS.items()]
+        recorded = [channel for channel in common if self._has(channel.name)]
+        return {channel.name: channel for channel in (*recorded, *self.own)}
+
+    def _has(self, name: str) -> bool:
+        if name in DESIRED:
+            return True
+        array = getattr(self, name)
+        return array is not None and len(array) == len(self.t)
+
+    @property
+    def scene(self) -> dict[str, Any] | None:
+        """What the run was made with, in plain values, as its file has it.
+
+        ``steadyarm``: version of the package; ``joint_names``; ``plant``, ``tracker`` (nominal arm,
+        gains, compensator, limits), ``reference`` and ``options`` as `simulate` was given them. An
+        object is ``{"its class": {argument: value}}``, a serial arm its TOML. None for a run from a
+        file of an older version, or one made of another by ``dataclasses.replace``.
+        """
+        return None if self._made is None else self._made.plain
+
+    @property
+    def joint_names(self) -> list[str]:
+        """The names of the plant's joints; their numbers, from 1, where it has none."""
+        if self._made is None:
+            return joint_names(None, self.joints)
+        return list(self._made.parts["joint_names"])
+
+    def replay(self, *, reference: Any = None, disturbance: Any = None) -> Run:
+        """Simulate the run again, from what it was made with: the same to the bit.
+
+        No file keeps a callable: ``reference`` and ``disturbance`` give those of the run anew, or
+        others in their place. Raises ValueError that names what must be given, and for a run that
+        has no `scene`.
+        """
+        from .simulation import simulate
+
+        if self._made is None:
+            raise ValueError(
+                "run: got one without its scene, wants one from `simulate` or its file"
+            )
+        plant, tracker, reference, options = self._made.build(reference, disturbance)
+        return simulate(plant, tracker, reference, **options)
+
+    def to_dict(self) -> dict[str, Array]:
+        """All recorded signals by name, (T,) or (T, n); `channels` has their units."""
+        return {name: getattr(self, name) for name in self.channels}
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """All recorded signals as a table over time.
+
+        Columns are pairs of signal and joint, the joint "" for one number: ``frame["q"]`` has a
+        column a joint. ``frame.attrs`` has "units" and "docs" by signal. Needs pandas.
+        """
+        from . import _tables
+
+        return _tables.to_pandas(self)
+
+    def to_xarray(self) -> xarray.Dataset:
+        """All recorded signals over time and joint, with units and meaning as attributes.
+
+        Coordinates are t and joint, by its name. Needs xarray.
+        """
+        from . import _tables
+
+        return _tables.to_xarray(self)
 
     @cached_property
     def tracker(self) -> _core.ComputedTorque | None:
@@ -232,11 +361,15 @@ class Run:
         tau = self.tau if len(self.tau) else None
         return Metrics(**_core.metrics(self.t, self.e, tau, window, band))
 
-    def plot(self) -> Figure:
-        """Draw position, error, torque and (with a compensator) ρ against ρ̂; return the figure."""
+    def plot(self, *names: str) -> Figure:
+        """Draw the signals of these names, or else the whole run; return the figure.
+
+        The whole: position, error, torque, (with a compensator) ρ against ρ̂, and what the
+        compensator adds. `channels` has the names.
+        """
         from . import plots
 
-        return plots.overview(self)
+        return plots.signals(self, names) if names else plots.overview(self)
 
     def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
         """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.
@@ -275,3 +408,7 @@ class Run:
             return f"Run({rows} rows of {self.joints} joints, {self.status})"
         atoms = f"{kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
         return f"Run({rows} rows of {self.joints} joints, {self.status}, {atoms})"
+
+
+_LINES = [f"{name} [{unit}]: {doc}." for name, (unit, _, doc) in CHANNELS.items()]
+Run.__doc__ = "\n    ".join([f"{Run.__doc__}", *_LINES])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 from numpy.typing import ArrayLike
 
-from . import _core
+from . import _core, _scene
 from .run import Run
 
 Reference = (
@@ -56,8 +57,9 @@ def simulate(
         torque is held. A tracker with an ``effort_rate_limit`` needs one.
     q0, dq0: initial position [rad] and velocity [rad/s], zero by default.
     rtol, atol: tolerances of "dp54".
-    record_every: record every so many steps only. A row takes 8 (12 n + 3) bytes, 8 (2 n + 1) of
-        the motion alone; a record of more than 2 GiB is refused before the run, with its size.
+    record_every: record every so many steps only. A row takes 8 (12 n + 3) bytes and what the
+        compensator adds, 8 (2 n + 1) of the motion alone; a record of more than 2 GiB is refused
+        before the run, with its size.
     record: "all" signals, or only the "motion": t, q, dq. The set-points (q_d, dq_d, ddq_d) and
         errors (e, de) are then computed when one of them is first asked for: the reference is
         called again at the times of the rows. The arrays of the other signals are empty. It saves
@@ -89,10 +91,16 @@ def simulate(
             bar.update(columns["status"][1] - bar.n)
     else:
         columns, raised = _core.simulate(*arguments, *options, record, None)
-    run = Run._from_record(columns, reference)
+    given = dict(zip(_scene.OPTIONS, (duration, dt, method, *options, record), strict=True))
+    run = Run._from_record(columns, plant, reference, given)
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")
         raised.run = run  # type: ignore[attr-defined]
         raise raised
     return run
+
+
+def replay(path: str | Path, *, reference: Reference | None = None, disturbance: Any = None) -> Run:
+    """Simulate the run in the file at ``path`` again: ``Run.load(path).replay(...)``."""
+    return Run.load(path).replay(reference=reference, disturbance=disturbance)

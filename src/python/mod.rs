@@ -98,7 +98,7 @@ mod core_module {
     #[pymodule_export]
     use super::signals::{PyQuintic, PySines, PyTable};
     #[pymodule_export]
-    use super::simulate::{PyPlant, metrics, simulate};
+    use super::simulate::{PyPlant, channels, metrics, simulate};
     #[pymodule_export]
     use super::sources::desired_motion;
     #[pymodule_export]

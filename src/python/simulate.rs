@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 
 use super::any_arm::joints_of;
 use super::compensator::Compensation;
@@ -17,9 +17,9 @@ use super::sources::{AnyReference, Callback};
 use super::tracked::Controller;
 use super::tracker::PyComputedTorque;
 use super::value_error;
-use crate::control::State;
+use crate::control::{Channel, State, Width};
 use crate::error::{Error, positive};
-use crate::sim::{self, Certificate, Method, Options, Run, Status, Tolerance, Window};
+use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolerance, Window};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
@@ -118,8 +118,8 @@ impl Settings<'_, '_> {
     }
 }
 
-/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the parts of a tracker
-/// in the state that the run ended in, and what a callback raised.
+/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the state that the run
+/// started in, the parts of a tracker in the state that it ended in, and what a callback raised.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
     record_every, record, progress))]
@@ -161,8 +161,10 @@ pub(super) fn simulate<'py>(
         PyTypeError::new_err(format!("tracker: got {}, wants a ComputedTorque", type_name(tracker)))
     })?;
     let mut twin = PyComputedTorque::twin(tracker)?;
+    let start = twin.parts(py).1;
     let (plant, monitor) = (&*plant.get().planted, Monitor::new(progress));
     let (record, raised) = twin.tracked.simulate(py, plant, reference, settings, monitor)?;
+    record.set_item("start", start)?;
     record.set_item("tracker", twin.parts(py))?;
     Ok((record, raised))
 }
@@ -215,19 +217,49 @@ fn ended<const N: usize>(run: &Run<N>) -> f64 {
     }
 }
 
-/// A run without its joint count.
-struct Record {
-    joints: usize,
-    status: (&'static str, f64, String),
-    certificate: Option<Certificate>,
-    t: Vec<f64>,
-    /// Row-major. The desired motion and the error are left out if they were not recorded.
-    matrices: [(&'static str, Vec<f64>); 7],
-    desired: [(&'static str, Vec<f64>); 5],
-    vectors: [(&'static str, Vec<f64>); 2],
+/// The signals of every record: name, unit, whether there is one a joint, and what it is.
+#[pyfunction]
+pub(super) fn channels() -> Vec<Declared> {
+    Run::<1>::channels().map(declared).collect()
 }
 
+type Declared = (&'static str, &'static str, bool, &'static str);
+
+fn declared(channel: &Channel) -> Declared {
+    let Channel { name, unit, width, doc } = *channel;
+    (name, unit, width == Width::Joints, doc)
+}
+
+/// A run as a dict: its status and certificate, the `columns` of every record by name, and its `own` with what they are.
 fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("status", status(&run))?;
+    dict.set_item("certificate", run.certificate.map(|it| figures(py, &it)).transpose()?)?;
+    let (columns, own) = (PyDict::new(py), PyList::empty(py));
+    let (rows, common) = (run.t.len(), Run::<N>::channels().count());
+    for (i, Column { channel, values }) in run.into_columns().into_iter().enumerate() {
+        let recorded = values.len() == rows * channel.width.of(N);
+        let array = array(py, channel.width, values, N)?;
+        if i < common {
+            columns.set_item(channel.name, recorded.then_some(array))?;
+        } else if recorded {
+            own.append((declared(&channel), array))?;
+        }
+    }
+    dict.set_item("columns", columns)?;
+    dict.set_item("own", own)?;
+    Ok(dict)
+}
+
+fn array(py: Python<'_>, width: Width, values: Vec<f64>, joints: usize) -> PyResult<Py<PyAny>> {
+    Ok(match width {
+        Width::One => owned1(py, values).into_any().unbind(),
+        Width::Joints => owned2(py, values, joints)?.into_any().unbind(),
+    })
+}
+
+/// Its kind, when it ended, and the reason.
+fn status<const N: usize>(run: &Run<N>) -> (&'static str, f64, String) {
     let (kind, reason) = match run.status {
         Status::Finished => ("finished", String::new()),
         Status::Interrupted { .. } => ("interrupted", "it was stopped from the keyboard".into()),
@@ -237,53 +269,18 @@ fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'
             ("diverged", format!("{cause}; before that, {doubt}"))
         }
     };
-    let status = (kind, ended(&run), reason);
-    let matrices = [
-        ("q", run.q),
-        ("dq", run.dq),
-        ("tau", run.tau),
-        ("tau_model", run.tau_model),
-        ("tau_compensation", run.tau_compensation),
-        ("rho", run.rho),
-        ("rho_hat", run.rho_hat),
-    ];
-    let desired =
-        [("q_d", run.q_d), ("dq_d", run.dq_d), ("ddq_d", run.ddq_d), ("e", run.e), ("de", run.de)];
-    let matrices = matrices.map(|(name, rows)| (name, rows.into_flattened()));
-    let desired = desired.map(|(name, rows)| (name, rows.into_flattened()));
-    let vectors = [("weights_norm", run.weights_norm), ("V", run.v)];
-    let (t, certificate) = (run.t, run.certificate);
-    Record { joints: N, status, certificate, t, matrices, desired, vectors }.into_dict(py)
+    (kind, ended(run), reason)
 }
 
-impl Record {
-    fn into_dict(self, py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-        let dict = PyDict::new(py);
-        dict.set_item("status", self.status)?;
-        if let Some(c) = self.certificate {
-            let figures = PyDict::new(py);
-            figures.set_item("residual", c.residual())?;
-            figures.set_item("v_start", c.v_start)?;
-            figures.set_item("v_end", c.v_end)?;
-            figures.set_item("supplied", c.supplied)?;
-            figures.set_item("state_cost", c.state_cost)?;
-            figures.set_item("uncertainty", c.uncertainty)?;
-            dict.set_item("certificate", figures)?;
-        } else {
-            dict.set_item("certificate", py.None())?;
-        }
-        let entries = self.joints * self.t.len();
-        dict.set_item("t", owned1(py, self.t))?;
-        let desired = self.desired.into_iter().filter(|(_, values)| values.len() == entries);
-        for (name, values) in self.matrices.into_iter().chain(desired) {
-            dict.set_item(name, owned2(py, values, self.joints)?)?;
-        }
-        for (name, values) in self.vectors {
-            let values = if values.is_empty() { None } else { Some(owned1(py, values)) };
-            dict.set_item(name, values)?;
-        }
-        Ok(dict)
-    }
+fn figures<'py>(py: Python<'py>, certificate: &Certificate) -> PyResult<Bound<'py, PyDict>> {
+    let figures = PyDict::new(py);
+    figures.set_item("residual", certificate.residual())?;
+    figures.set_item("v_start", certificate.v_start)?;
+    figures.set_item("v_end", certificate.v_end)?;
+    figures.set_item("supplied", certificate.supplied)?;
+    figures.set_item("state_cost", certificate.state_cost)?;
+    figures.set_item("uncertainty", certificate.uncertainty)?;
+    Ok(figures)
 }
 
 /// The figures of every joint over a window, as a dict of lists; those of the torque are empty without one.

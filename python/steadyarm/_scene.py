@@ -1,0 +1,206 @@
+"""What a run was made with, as plain values: what `Run.save` keeps of it, and what `replay` builds.
+
+An object is ``{"name of its class": {argument: value}}``, a serial arm ``{"Serial": its TOML}``. A
+callable is ``{"callable": its name}``: no file keeps it.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from . import _core
+
+CLASSES: dict[str, Any] = {
+    made.__name__: made
+    for made in (
+        _core.ComputedTorque,
+        _core.FuzzyBasis,
+        _core.FuzzyCompensator,
+        _core.Plant,
+        _core.Quintic,
+        _core.Sines,
+        _core.Table,
+        _core.TwoLink,
+    )
+}
+"""Classes that are built from their arguments, beside `Serial`, which is built from its TOML."""
+
+OPTIONS = (
+    "duration", "dt", "method", "control_period", "q0", "dq0", "rtol", "atol", "record_every",
+    "record",
+)  # fmt: skip
+"""Arguments of `simulate` beside plant, tracker and reference."""
+
+KEYS = ("steadyarm", "joint_names", "plant", "tracker", "reference", "options")
+"""What a scene says: version of the package, names of the joints, and what `simulate` was given."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a run was made with, objects or plain values, and the state that its tracker was in."""
+
+    parts: Mapping[str, Any]
+    start: bytes
+
+    @classmethod
+    def of(
+        cls,
+        plant: _core.Plant,
+        tracker: tuple[Any, ...],
+        start: bytes,
+        reference: Any,
+        options: Mapping[str, Any],
+    ) -> Scene:
+        """Of the arguments of a simulation, the tracker by its own."""
+        arguments = dict(zip(_parameters(_core.ComputedTorque), tracker, strict=True))
+        parts = {
+            "steadyarm": version("steadyarm"),
+            "joint_names": joint_names(plant.arm, len(arguments["kp"])),
+            "plant": plant,
+            "tracker": {"ComputedTorque": arguments},
+            "reference": reference,
+            "options": {name: _option(name, value) for name, value in options.items()},
+        }
+        return cls(parts, start)
+
+    @property
+    def plain(self) -> dict[str, Any]:
+        """All of it in plain values."""
+        return {key: _plain(self.parts[key]) for key in KEYS}
+
+    def build(
+        self, reference: Any, disturbance: Any
+    ) -> tuple[_core.Plant, _core.ComputedTorque, Any, dict[str, Any]]:
+        """Plant, tracker at the start of the run, reference and options.
+
+        What is given takes the place of what the scene has. Raises ValueError for a callable that
+        must be given, and for values that a class refuses.
+        """
+        try:
+            return self._built(reference, disturbance)
+        except (TypeError, RecursionError) as error:
+            raise ValueError(f"scene: got one that cannot be built ({error})") from error
+
+    def _built(
+        self, reference: Any, disturbance: Any
+    ) -> tuple[_core.Plant, _core.ComputedTorque, Any, dict[str, Any]]:
+        plant = self.parts["plant"]
+        if disturbance is not None:
+            arguments = _plain(plant)["Plant"] | {"disturbance": disturbance}
+            plant = {"Plant": arguments}
+        plant = _object(plant, "plant", _core.Plant)
+        tracker = _object(self.parts["tracker"], "tracker", _core.ComputedTorque)
+        tracker.__setstate__(self.start)
+        reference = reference or _built(self.parts["reference"], "reference")
+        if not callable(reference):
+            raise ValueError(f"reference: got {reference!r:.80}, wants one that can be called")
+        return plant, tracker, reference, dict(self.parts["options"])
+
+
+def read(text: bytes, joints: int) -> dict[str, Any]:
+    """The parts of a scene from its JSON. Raises ValueError where they are not those of one."""
+    parts = json.loads(text, object_pairs_hook=_unique, parse_constant=_infinity)
+    if not isinstance(parts, dict) or sorted(parts) != sorted(KEYS):
+        raise ValueError(f"scene: got {parts!r:.80}, wants {', '.join(KEYS)}")
+    names = parts["joint_names"]
+    if not isinstance(names, list) or len(names) != joints:
+        raise ValueError(f"joint_names: got {names!r:.80}, wants {joints}")
+    for text_of in (parts["steadyarm"], *names):
+        if not isinstance(text_of, str) or not text_of.isprintable():
+            raise ValueError(f"scene: got {text_of!r:.80}, wants a line of text")
+    for key in ("plant", "tracker", "reference", "options"):
+        if not isinstance(parts[key], dict):
+            raise ValueError(f"{key}: got {parts[key]!r:.80}, wants an object")
+    if sorted(parts["options"]) != sorted(OPTIONS):
+        raise ValueError(f"options: got {parts['options']!r:.80}, wants {', '.join(OPTIONS)}")
+    return parts
+
+
+def joint_names(arm: Any, joints: int) -> list[str]:
+    """The names of an arm's joints, or else their numbers."""
+    if isinstance(arm, _core.Serial):
+        return list(arm.joint_names)
+    return [str(joint + 1) for joint in range(joints)]
+
+
+def _option(name: str, value: Any) -> Any:
+    """An option in plain values: what is done to an array later changes no run."""
+    if value is None or isinstance(value, str):
+        return value
+    return int(value) if name == "record_every" else np.asarray(value, dtype=float).tolist()
+
+
+def _parameters(made: Any) -> list[str]:
+    """The arguments of a class, in their order."""
+    return list(inspect.signature(made).parameters)
+
+
+def _plain(value: Any) -> Any:
+    """A value without objects."""
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, Mapping):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, _core.Serial):
+        return {"Serial": value.to_toml()}
+    name = type(value).__name__
+    if CLASSES.get(name) is type(value):
+        arguments = value.__reduce__()[1]
+        return {name: _plain(dict(zip(_parameters(type(value)), arguments, strict=True)))}
+    return {"callable": getattr(value, "__qualname__", name)}
+
+
+def _object(value: Any, name: str, wanted: type) -> Any:
+    """The object that a plain value stands for; ``name``: the argument it is for."""
+    made = _built(value, name)
+    if not isinstance(made, wanted):
+        raise ValueError(f"{name}: got {made!r:.80}, wants a {wanted.__name__}")
+    return made
+
+
+def _built(value: Any, name: str) -> Any:
+    if isinstance(value, list):
+        return [_built(item, name) for item in value]
+    if not isinstance(value, Mapping) or len(value) != 1:
+        return value
+    ((kind, arguments),) = value.items()
+    if kind == "callable":
+        was = f"it was a callable, {arguments!s:.80}, which no file keeps"
+        raise ValueError(f"{name}: {was}; give {name}=")
+    if kind == "Serial":
+        return _serial(arguments)
+    if kind not in CLASSES or not isinstance(arguments, Mapping):
+        return value
+    return CLASSES[kind](**{key: _built(item, key) for key, item in arguments.items()})
+
+
+def _serial(toml: Any) -> _core.Serial:
+    """A serial arm from its TOML, which no name of a file may stand for."""
+    if not isinstance(toml, str) or "\n" not in toml:
+        raise ValueError(f"Serial: got {toml!r:.80}, wants TOML")
+    return _core.Serial.from_toml(toml)
+
+
+def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    values = dict(pairs)
+    if len(values) != len(pairs):
+        raise ValueError(f"scene: got a key twice in {[key for key, _ in pairs]!r:.200}")
+    return values
+
+
+def _infinity(text: str) -> float:
+    """A limit that is none."""
+    if text == "NaN":
+        raise ValueError("scene: got NaN, wants a number")
+    return float(text)
