@@ -1,4 +1,5 @@
-//! Dynamics of serial arms of 1 to 8 turning joints: inverse, mass matrix, forward, Jacobian. Every call has another q.
+//! Dynamics of serial arms of 1 to 8 turning joints: inverse, mass matrix, forward, Jacobian. Every
+//! call has another q.
 #![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "../tests/common/chains.rs"]

@@ -1,7 +1,9 @@
-//! What a step of the plant costs beside a step of RK4 on the same arm, in turns and in processor time: medians of ratios.
+//! What a step of the plant costs beside a step of RK4 on the same arm, in turns and in processor
+//! time: medians of ratios.
 //!
-//! Rows: without friction, with friction that RK4 alone can follow, and with 1, 3 and 10 % of each joint's largest torque as
-//! Coulomb friction (of 100 N·m where none is stated), which is stiff. Linux alone. `cargo bench --bench friction`
+//! Rows: without friction, with friction that RK4 alone can follow, and with 1, 3 and 10 % of each
+//! joint's largest torque as Coulomb friction (of 100 N·m where none is stated), which is stiff.
+//! Linux alone. `cargo bench --bench friction`
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;
@@ -50,7 +52,8 @@ fn rows<const N: usize>(name: &str, pose: [f64; N]) {
     }
 }
 
-/// Motions and torques of a run: 3 s of sines of all joints, tracked at 1 kHz by a controller that knows no friction.
+/// Motions and torques of a run: 3 s of sines of all joints, tracked at 1 kHz by a controller that
+/// knows no friction.
 fn motions<const N: usize>(plant: &ArmPlant<N>, pose: [f64; N]) -> Vec<(Motion<N>, Vector<N>)> {
     let harmonic = Harmonic {
         frequency: 2.0,

@@ -1,4 +1,5 @@
-//! Cost of a sampled step with the product grid in kernel form: against the number of joints, and of atoms.
+//! Cost of a sampled step with the product grid in kernel form: against the number of joints, and
+//! of atoms.
 #![allow(clippy::unwrap_used, missing_docs)]
 
 use std::hint::black_box;

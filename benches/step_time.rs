@@ -1,6 +1,8 @@
-//! Time of one sampled step with 625 rules, and of the Riccati equation of two joints in closed form, as a line of JSON.
+//! Time of one sampled step with 625 rules, and of the Riccati equation of two joints in closed
+//! form, as a line of JSON.
 //!
-//! A median over batches of 1000: a batch is short enough to be rarely interrupted. `benches/compare.py` runs this.
+//! A median over batches of 1000: a batch is short enough to be rarely interrupted.
+//! `benches/compare.py` runs this.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;

@@ -1,11 +1,12 @@
 //! Eigenvalues of small real matrices with a fixed limit on the iterations.
 //!
-//! General matrices: balancing, reduction to Hessenberg form, Francis double-shift QR. Symmetric ones: Householder
-//! tridiagonalisation, implicit QL. Both are backward stable: the result is exact for a matrix within a few
-//! `S ε ‖A‖` of the given one, so that a defective eigenvalue of multiplicity m is good to `ε^(1/m)` only.
+//! General matrices: balancing, reduction to Hessenberg form, Francis double-shift QR. Symmetric
+//! ones: Householder tridiagonalisation, implicit QL. Both are backward stable: the result is exact
+//! for a matrix within a few `S ε ‖A‖` of the given one, so that a defective eigenvalue of
+//! multiplicity m is good to `ε^(1/m)` only.
 //!
-//! Source: Wilkinson and Reinsch, Handbook for Automatic Computation II, contributions II/1, II/2, II/3, II/11,
-//! II/13 and II/14 (EISPACK's balanc, elmhes, hqr, tred1, tql1).
+//! Source: Wilkinson and Reinsch, Handbook for Automatic Computation II, contributions II/1, II/2,
+//! II/3, II/11, II/13 and II/14 (EISPACK's balanc, elmhes, hqr, tred1, tql1).
 
 use nalgebra::allocator::Allocator;
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
@@ -30,7 +31,8 @@ const BALANCING_ROUNDS: usize = 40;
 /// Balancing goes on while it shrinks a row plus column below this share of what it was.
 const BALANCING_GAIN: f64 = 0.95;
 
-/// A subdiagonal entry below this is zero, next to a largest entry of 1: dividing by it would overflow.
+/// A subdiagonal entry below this is zero, next to a largest entry of 1: dividing by it would
+/// overflow.
 const NEGLIGIBLE: f64 = 1e-290;
 
 /// The eigenvalues of `a`, in no particular order, complex pairs next to each other.
@@ -85,7 +87,8 @@ pub(crate) fn power_of_two_near(x: f64) -> f64 {
 
 /// Eigenvalues of the finite n×n matrix in `h` (column-major), which is destroyed.
 pub(crate) fn eigenvalues_in_place(n: usize, h: &mut [f64], values: &mut [Complex]) -> Result<()> {
-    // A power of two brings the largest entry to 1/2..1: sums of squares neither overflow nor vanish.
+    // A power of two brings the largest entry to 1/2..1: sums of squares neither overflow nor
+    // vanish.
     let scale = power_of_two_near(h.iter().fold(0.0, |most: f64, x| most.max(x.abs())));
     h.iter_mut().for_each(|x| *x /= scale);
     let mut h = Square { n, entries: h };
@@ -153,7 +156,8 @@ pub(crate) fn balancing_factor(row: f64, column: f64) -> Option<f64> {
     (d != 1.0 && row / d + column * d < BALANCING_GAIN * (row + column)).then_some(d)
 }
 
-/// H to Hessenberg form by elimination with pivoting; the entries below the subdiagonal end as zeros.
+/// H to Hessenberg form by elimination with pivoting; the entries below the subdiagonal end as
+/// zeros.
 fn hessenberg(h: &mut Square) {
     for m in 1..h.n.saturating_sub(1) {
         let column = m - 1;
@@ -238,7 +242,8 @@ fn subdiagonal_sum(h: &Square) -> f64 {
     (0..h.n).map(|j| (0..h.n.min(j + 2)).map(|i| h[(i, j)].abs()).sum::<f64>()).sum()
 }
 
-/// The first row of the unreduced block that ends at `last`; the negligible entry before it becomes zero.
+/// The first row of the unreduced block that ends at `last`; the negligible entry before it becomes
+/// zero.
 fn first_of_block(h: &mut Square, last: usize, size: f64) -> usize {
     for l in (1..=last).rev() {
         let around = h[(l - 1, l - 1)].abs() + h[(l, l)].abs();
@@ -314,7 +319,8 @@ fn sweep(h: &mut Square, first: usize, last: usize, shift: Shift) {
     }
 }
 
-/// Where the sweep can start because two small subdiagonal entries meet, and the first column of its reflector.
+/// Where the sweep can start because two small subdiagonal entries meet, and the first column of
+/// its reflector.
 fn start_of_sweep(h: &Square, first: usize, last: usize, shift: &Shift) -> (usize, [f64; 3]) {
     let mut m = last - 2;
     loop {

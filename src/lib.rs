@@ -1,5 +1,5 @@
-//! Tracking control of robot arms whose dynamics nobody knows exactly: computed torque for the arm you believe in, and an
-//! adaptive fuzzy compensator for what that model leaves out.
+//! Tracking control of robot arms whose dynamics nobody knows exactly: computed torque for the arm
+//! you believe in, and an adaptive fuzzy compensator for what that model leaves out.
 //!
 //! ```text
 //! τ = M₀(q)(v − ρ̂) + H₀(q, q̇)        v = q̈_d − K_v ė − K_p e,   ρ̂ = W ξ(x)
@@ -33,8 +33,8 @@
 //! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
 //! | [`paper`] | the paper's three simulations |
 //!
-//! Without `std` (`default-features = false, features = ["libm"]`) the crate needs no allocator: give
-//! [`control::FuzzyCompensator::state_in`] a buffer.
+//! Without `std` (`default-features = false, features = ["libm"]`) the crate needs no allocator:
+//! give [`control::FuzzyCompensator::state_in`] a buffer.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 // Units stand in brackets, `[rad]`, and would be taken for links.

@@ -1,4 +1,5 @@
-//! The elementary functions, the matrix types and the lanes of every room, with the same bits on every machine.
+//! The elementary functions, the matrix types and the lanes of every room, with the same bits on
+//! every machine.
 //!
 //! The platform's `exp` or `sin` differs between C libraries; these come from the `libm` crate.
 
@@ -10,7 +11,8 @@ pub type Vector<const N: usize> = nalgebra::SVector<f64, N>;
 /// A square matrix over `N` joints (or `N` states).
 pub type Matrix<const N: usize> = nalgebra::SMatrix<f64, N, N>;
 
-/// Numbers that are worked on side by side, however many a register holds. Rows of weights are whole multiples of this long.
+/// Numbers that are worked on side by side, however many a register holds. Rows of weights are
+/// whole multiples of this long.
 pub(crate) const LANES: usize = 8;
 
 /// Numbers of all lanes in one cache line: a register across two lines costs twice.
@@ -46,8 +48,8 @@ pub(crate) fn fnv(start: u64, bytes: &[u8]) -> u64 {
         .fold(start, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
-/// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there. Exact for turns of the
-/// f64 next to 2π.
+/// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there.
+/// Exact for turns of the f64 next to 2π.
 #[inline]
 pub(crate) fn around(x: f64) -> f64 {
     if (-PI..PI).contains(&x) { x } else { brought_around(x) }
@@ -89,7 +91,8 @@ mod tests {
             assert_eq!(around(x), wanted, "{x}");
         }
         for turns in [-1024.0, -1.0, 1.0, 2.0, 1024.0] {
-            // 0.375 and 1024 · 2π have no more digits together than a number holds but for the last few.
+            // 0.375 and 1024 · 2π have no more digits together than a number holds but for the last
+            // few.
             let (x, rounding) = (0.375 + turns * TAU, 1e-15 * (1.0_f64 + f64::abs(turns)));
             assert!((around(x) - 0.375).abs() <= rounding, "{turns}");
         }

@@ -37,7 +37,8 @@ pub struct Reading {
 /// As printed: Γ = diag(7, 7) is a gain of 1/7, five rules, normalised. The compensator is inert.
 pub const PRINTED: Reading = Reading { form: Form::Shared, normalized: true, gain: 1.0 / 7.0 };
 
-/// A reading that does what the paper claims: Γ taken for the gain, 625 rules, raw firing strengths.
+/// A reading that does what the paper claims: Γ taken for the gain, 625 rules, raw firing
+/// strengths.
 pub const CLAIMED: Reading = Reading { form: Form::Grid, normalized: false, gain: 7.0 };
 
 /// What the controller believes: 4 kg, 0.5 m, 0.2 kg m² each.

@@ -1,4 +1,5 @@
-//! The arm that is really there: `M(q) q̈ + H(q, q̇) + s(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6, with the arm's stops). τ_d opposes τ.
+//! The arm that is really there: `M(q) q̈ + H(q, q̇) + s(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6, with
+//! the arm's stops). τ_d opposes τ.
 
 use crate::arm::Arm;
 use crate::control::Limits;

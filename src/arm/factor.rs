@@ -1,6 +1,8 @@
-//! `M = Lᵀ D L`, from the last joint to the first as articulated bodies go: fewer operations than theirs for a short chain.
+//! `M = Lᵀ D L`, from the last joint to the first as articulated bodies go: fewer operations than
+//! theirs for a short chain.
 //!
-//! L is lower triangular with ones on its diagonal; `1/dₖ` is what Gauss leaves of M's diagonal from the tip to the base.
+//! L is lower triangular with ones on its diagonal; `1/dₖ` is what Gauss leaves of M's diagonal
+//! from the tip to the base.
 //! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.4.
 
 use crate::math::{Matrix, Vector};

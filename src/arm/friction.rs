@@ -1,7 +1,8 @@
-//! Joint friction: `f(q̇) = b q̇ + c tanh(q̇ / s)`, a viscous part and a smoothed Coulomb part (the f of eq. 6).
+//! Joint friction: `f(q̇) = b q̇ + c tanh(q̇ / s)`, a viscous part and a smoothed Coulomb part (the
+//! f of eq. 6).
 //!
-//! With s = 0 the Coulomb part is true dry friction: at rest it is whatever holds the joint, up to the torque at which that
-//! breaks away. Simulation solves for it; see [`JointFriction::hold`].
+//! With s = 0 the Coulomb part is true dry friction: at rest it is whatever holds the joint, up to
+//! the torque at which that breaks away. Simulation solves for it; see [`JointFriction::hold`].
 
 use crate::error::{Error, Result, non_negative, positive};
 use crate::math::{Vector, exp, tanh};
@@ -15,12 +16,13 @@ pub struct Friction<const N: usize> {
     pub viscous: [f64; N],
     /// c, Coulomb torque [N·m], ≥ 0.
     pub coulomb: [f64; N],
-    /// s, the speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that sticks.
+    /// s, the speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction
+    /// that sticks.
     pub smoothing: [f64; N],
 }
 
-/// Friction of one joint of a serial arm: viscous, smoothed Coulomb with its own height in each direction, and Stribeck's
-/// excess at low speed. It never drives the arm.
+/// Friction of one joint of a serial arm: viscous, smoothed Coulomb with its own height in each
+/// direction, and Stribeck's excess at low speed. It never drives the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointFriction {
     /// b, viscous coefficient [N·m·s/rad], ≥ 0.
@@ -31,8 +33,9 @@ pub struct JointFriction {
     pub stribeck: f64,
     /// The speed at which that excess has fallen to 1/e [rad/s], > 0.
     pub stribeck_speed: f64,
-    /// The speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that sticks. Above zero a
-    /// joint creeps under any torque, at the speed where its friction is as large: 0.55 of this at half the Coulomb torque.
+    /// The speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that
+    /// sticks. Above zero a joint creeps under any torque, at the speed where its friction is as
+    /// large: 0.55 of this at half the Coulomb torque.
     pub smoothing: f64,
 }
 
@@ -49,11 +52,12 @@ impl Default for JointFriction {
 }
 
 impl JointFriction {
-    /// Refuses what is not finite, a negative coefficient, and a `stribeck_speed` of zero; `joint` becomes the error's index.
+    /// Refuses what is not finite, a negative coefficient, and a `stribeck_speed` of zero; `joint`
+    /// becomes the error's index.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb`, `friction.stribeck`,
-    /// `friction.stribeck_speed` or `friction.smoothing`.
+    /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb`,
+    /// `friction.stribeck`, `friction.stribeck_speed` or `friction.smoothing`.
     pub fn validate(&self, joint: usize) -> Result<()> {
         let at = |e: Error| e.at(joint);
         non_negative("friction.viscous", &[self.viscous]).map_err(at)?;
@@ -72,8 +76,9 @@ impl JointFriction {
         self.coulomb == [0.0; 2] && self.stribeck == 0.0
     }
 
-    /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the velocity `dq` [rad/s], with c₊
-    /// for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. A `smoothing` of zero makes the sign of q̇ of the tanh, 0 at rest.
+    /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the
+    /// velocity `dq` [rad/s], with c₊ for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. A `smoothing` of zero
+    /// makes the sign of q̇ of the tanh, 0 at rest.
     #[inline]
     pub fn torque(&self, dq: f64) -> f64 {
         let viscous = self.viscous * dq;
@@ -83,7 +88,8 @@ impl JointFriction {
         viscous + self.dry(dq < 0.0, dq) * self.step(dq)
     }
 
-    /// f [N·m] and ∂f/∂q̇ [N·m·s/rad] at the velocity `dq` [rad/s]; dry friction in the branch of the direction `sign`, ±1.
+    /// f [N·m] and ∂f/∂q̇ [N·m·s/rad] at the velocity `dq` [rad/s]; dry friction in the branch of
+    /// the direction `sign`, ±1.
     #[inline]
     pub(crate) fn in_branch(&self, dq: f64, sign: f64) -> (f64, f64) {
         let viscous = self.viscous * dq;
@@ -113,14 +119,16 @@ impl JointFriction {
         if dry == 0.0 { self.viscous } else { self.viscous + dry / self.smoothing }
     }
 
-    /// An upper bound of −∂f/∂q̇ where Stribeck's friction falls [N·m·s/rad]: `√(2/e) stribeck / stribeck_speed − viscous`.
+    /// An upper bound of −∂f/∂q̇ where Stribeck's friction falls [N·m·s/rad]:
+    /// `√(2/e) stribeck / stribeck_speed − viscous`.
     #[cfg(feature = "std")]
     pub(crate) fn falls(&self) -> f64 {
         (0.857_763_884_960_706_8 * self.stribeck / self.stribeck_speed - self.viscous).max(0.0)
     }
 
-    /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away, c₊ + stribeck and c₋ + stribeck.
-    /// `None` if the friction is smooth, and the joint never quite at rest.
+    /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away,
+    /// c₊ + stribeck and c₋ + stribeck. `None` if the friction is smooth, and the joint never quite
+    /// at rest.
     #[inline]
     pub fn hold(&self) -> Option<[f64; 2]> {
         (self.smoothing == 0.0 && !self.is_viscous())
@@ -142,7 +150,8 @@ impl JointFriction {
         self.stribeck * exp(-(ratio * ratio))
     }
 
-    /// Whether `other` is a part of this: what is left of it neither drives the joint nor falls where this does not.
+    /// Whether `other` is a part of this: what is left of it neither drives the joint nor falls
+    /// where this does not.
     #[cfg(feature = "std")]
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let stribeck = other.stribeck == 0.0
@@ -173,7 +182,8 @@ fn smooth_sign(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { tanh(x) }
 }
 
-/// tanh x to 2e-16, in half the time: good where the error counts beside 1, as in a torque, and not beside x.
+/// tanh x to 2e-16, in half the time: good where the error counts beside 1, as in a torque, and not
+/// beside x.
 #[inline]
 fn nearly_tanh(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { 1.0 - 2.0 / (exp(2.0 * x) + 1.0) }
@@ -189,7 +199,8 @@ impl<const N: usize> Friction<N> {
     /// Refuses what is not finite, and what is negative.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb` or `friction.smoothing`.
+    /// `NotFinite` or `OutOfRange`, naming `friction.viscous`, `friction.coulomb` or
+    /// `friction.smoothing`.
     pub fn validate(&self) -> Result<()> {
         non_negative("friction.viscous", &self.viscous)?;
         non_negative("friction.coulomb", &self.coulomb)?;

@@ -1,11 +1,14 @@
-//! `M (V − W) + h λ = 0`, λᵢ ∈ gᵢ(Vᵢ): the velocities V of joints that friction and stops brake, from those without, W.
+//! `M (V − W) + h λ = 0`, λᵢ ∈ gᵢ(Vᵢ): the velocities V of joints that friction and stops brake,
+//! from those without, W.
 //!
-//! It is the minimum of `½ (V − W)ᵀM(V − W) + h Σ φᵢ(Vᵢ)`, φ' = g, strictly convex where no g falls. Newton's method finds it
-//! in a few steps, each shortened where it overshoots. A joint with dry friction either sticks, V = 0 exactly and |λ| at most
-//! what holds it, or slips in one direction: a step ends where the first of them comes to rest, and where nothing else is
-//! left to do the one whose λ is furthest beyond its hold breaks away. Each step goes down, so that no set of sticking joints
-//! comes twice (an active-set method; Nocedal and Wright, Numerical Optimization, 16.5). Where Stribeck's friction falls there
-//! may be several solutions: this one is continued from the velocity that it starts with.
+//! It is the minimum of `½ (V − W)ᵀM(V − W) + h Σ φᵢ(Vᵢ)`, φ' = g, strictly convex where no g
+//! falls. Newton's method finds it in a few steps, each shortened where it overshoots. A joint with
+//! dry friction either sticks, V = 0 exactly and |λ| at most what holds it, or slips in one
+//! direction: a step ends where the first of them comes to rest, and where nothing else is left to
+//! do the one whose λ is furthest beyond its hold breaks away. Each step goes down, so that no set
+//! of sticking joints comes twice (an active-set method; Nocedal and Wright, Numerical
+//! Optimization, 16.5). Where Stribeck's friction falls there may be several solutions: this one is
+//! continued from the velocity that it starts with.
 
 use super::{Factor, Resistance};
 use crate::math::{Matrix, Vector};
@@ -18,7 +21,8 @@ const MOST_CUTS: usize = 6;
 const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
 const PRECISION: f64 = 1e-7;
-/// After a step that is smaller than this, relative to the same, Newton's method is within that precision: it squares it.
+/// After a step that is smaller than this, relative to the same, Newton's method is within that
+/// precision: it squares it.
 const LAST_STEP: f64 = 3e-4;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
@@ -39,7 +43,8 @@ pub(crate) struct Implicit<'a, const N: usize> {
     pub place: &'a Vector<N>,
 }
 
-/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), M (V − W), g and its slope.
+/// A trial: velocities, the direction in which each joint slips (0 for one that sticks), M (V − W),
+/// g and its slope.
 struct Trial<const N: usize> {
     v: Vector<N>,
     sign: Vector<N>,
@@ -101,7 +106,8 @@ impl<const N: usize> Implicit<'_, N> {
         }
     }
 
-    /// The joint whose λ is furthest beyond what holds it, relative to that, and the direction in which it breaks away.
+    /// The joint whose λ is furthest beyond what holds it, relative to that, and the direction in
+    /// which it breaks away.
     fn breaks_away(&self, at: &Trial<N>, hold: &[Option<[f64; 2]>; N]) -> Option<(usize, f64)> {
         let (mut furthest, mut found) = (ABOVE_ROUNDING, None);
         for i in 0..N {
@@ -166,7 +172,8 @@ impl<const N: usize> Implicit<'_, N> {
     }
 }
 
-/// The share of `step` after which the first slipping joint comes to rest, and that joint; 1 and none if all go on.
+/// The share of `step` after which the first slipping joint comes to rest, and that joint; 1 and
+/// none if all go on.
 fn first_to_rest<const N: usize>(
     at: &Trial<N>,
     step: &Vector<N>,

@@ -1,7 +1,9 @@
-//! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6), within the joints' ranges.
+//! Rigid-body dynamics of a serial arm: `M(q) q̈ + H(q, q̇) = τ`, `H = C q̇ + G + f(q̇)` (eq. 6),
+//! within the joints' ranges.
 //!
-//! The way through: `two_link`, `serial/` are the arms; `friction` and `serial/stop` say what opposes the motion of one joint,
-//! `resistance` puts both together, `implicit` solves M v = … − λ, λ in what they may be; `factor` is M = LᵀDL.
+//! The way through: `two_link`, `serial/` are the arms; `friction` and `serial/stop` say what
+//! opposes the motion of one joint, `resistance` puts both together, `implicit` solves M v = … − λ,
+//! λ in what they may be; `factor` is M = LᵀDL.
 
 mod factor;
 mod friction;
@@ -75,17 +77,17 @@ pub trait Arm<const N: usize> {
         })
     }
 
-    /// Friction torque f(q̇) [N·m]; it opposes the motion, q̇ᵀf ≥ 0. Zero at rest, where dry friction may be anything up to
-    /// the torque at which the joint breaks away.
+    /// Friction torque f(q̇) [N·m]; it opposes the motion, q̇ᵀf ≥ 0. Zero at rest, where dry
+    /// friction may be anything up to the torque at which the joint breaks away.
     fn friction(&self, dq: &Vector<N>) -> Vector<N> {
         Vector::from_fn(|joint, _| self.joint_friction(joint).torque(dq[joint]))
     }
 
-    /// Torque s(q, q̇) that drives the joints on into their stops [N·m], positive beyond an upper end; zero for an arm
-    /// without stops, and within the joints' ranges.
+    /// Torque s(q, q̇) that drives the joints on into their stops [N·m], positive beyond an upper
+    /// end; zero for an arm without stops, and within the joints' ranges.
     ///
-    /// It is part of the inverse and forward dynamics, and not of the bias: a controller that counted on a stop would push
-    /// through it.
+    /// It is part of the inverse and forward dynamics, and not of the bias: a controller that
+    /// counted on a stop would push through it.
     fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         Vector::from_fn(|joint, _| {
             let (stop, limits) = self.joint_stop(joint);
@@ -93,8 +95,8 @@ pub trait Arm<const N: usize> {
         })
     }
 
-    /// M(q), the velocity q̇ that `choose` takes once it knows M, and C q̇ + G there: the arm without friction and stops, in
-    /// one pass.
+    /// M(q), the velocity q̇ that `choose` takes once it knows M, and C q̇ + G there: the arm
+    /// without friction and stops, in one pass.
     fn rigid_dynamics(
         &self,
         q: &Vector<N>,
@@ -105,8 +107,8 @@ pub trait Arm<const N: usize> {
         (mass, dq, self.rigid_bias(q, &dq))
     }
 
-    /// Which joints turn without an end: their tracking error is taken around the circle, in [−π, π), so that positions a
-    /// turn apart are one. None by default.
+    /// Which joints turn without an end: their tracking error is taken around the circle, in [−π,
+    /// π), so that positions a turn apart are one. None by default.
     #[inline]
     fn wraps(&self) -> [bool; N] {
         [false; N]
@@ -128,8 +130,8 @@ pub trait Arm<const N: usize> {
         mass * ddq + bias + self.stops(q, dq)
     }
 
-    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H − s) [rad/s²]; NaN where M is not positive definite. A joint at rest
-    /// that dry friction can hold stays at rest: q̈ = 0 there.
+    /// The acceleration that τ produces: q̈ = M⁻¹(τ − H − s) [rad/s²]; NaN where M is not positive
+    /// definite. A joint at rest that dry friction can hold stays at rest: q̈ = 0 there.
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         Posed::of(self, q, dq).acceleration(self, (q, dq), tau)
     }

@@ -26,7 +26,8 @@ impl<const N: usize> Posed<N> {
         self.factor.solve(&(tau - self.rigid))
     }
 
-    /// q̈ = M⁻¹(τ − H − s) [rad/s²] of the same `arm`; joints at rest stay there if their dry friction can hold them.
+    /// q̈ = M⁻¹(τ − H − s) [rad/s²] of the same `arm`; joints at rest stay there if their dry
+    /// friction can hold them.
     pub fn acceleration<A: Arm<N> + ?Sized>(
         &self,
         arm: &A,

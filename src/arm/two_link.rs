@@ -5,14 +5,16 @@
 //!     [θ₃ + θ₂ cos q₂         θ₃            ]        [ θ₂ q̇₁² sin q₂             ]
 //! ```
 //!
-//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at mid-link; q₁ from the
-//! horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0) and has no friction; both can be added.
+//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at
+//! mid-link; q₁ from the horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0)
+//! and has no friction; both can be added.
 
 use super::{Arm, Friction, JointFriction, Pose, Posed};
 use crate::error::{Result, finite, positive, within};
 use crate::math::{Matrix, Vector, sin_cos};
 
-/// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without friction.
+/// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without
+/// friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLinkParameters {
     /// m, mass of each link [kg], > 0.
@@ -47,7 +49,8 @@ pub struct TwoLink {
     theta: [f64; 3],
     /// det M where sin q₂ = 0 [kg²·m⁴].
     det_0: f64,
-    /// Gravity torques of the first link with the second one's mass at its tip, and of the second link [N·m].
+    /// Gravity torques of the first link with the second one's mass at its tip, and of the second
+    /// link [N·m].
     weight: [f64; 2],
     has_gravity: bool,
     has_friction: bool,
@@ -57,11 +60,13 @@ pub struct TwoLink {
 
 impl TwoLink {
     /// Checks the parameters. M is then positive definite everywhere: θ₃ > 0, and
-    /// `det M = (I₁ + m₁l₁²/4) θ₃ + m₂l₁² I₂ + θ₂² sin² q₂` is a sum of terms ≥ 0 of which the first two are > 0.
+    /// `det M = (I₁ + m₁l₁²/4) θ₃ + m₂l₁² I₂ + θ₂² sin² q₂` is a sum of terms ≥ 0 of which the
+    /// first two are > 0.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `mass`, `length`, `inertia`, `gravity` or `friction.…`; or `mass_matrix.det`
-    /// and `gravity_torque` if numbers that are valid one by one over- or underflow together.
+    /// `NotFinite` or `OutOfRange`, naming `mass`, `length`, `inertia`, `gravity` or `friction.…`;
+    /// or `mass_matrix.det` and `gravity_torque` if numbers that are valid one by one over- or
+    /// underflow together.
     pub fn new(parameters: TwoLinkParameters) -> Result<Self> {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = parameters;
         positive("mass", &mass)?;

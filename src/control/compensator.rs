@@ -66,13 +66,14 @@ pub trait Compensator<const N: usize, S> {
     /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
 
-    /// Signals of its own, which enter a record beside those that every record has; none by default.
+    /// Signals of its own, which enter a record beside those that every record has; none by
+    /// default.
     fn channels(&self) -> &'static [Channel] {
         &[]
     }
 
-    /// Writes their values, finite, at the stage that was estimated last: one channel after the other
-    /// into a `row` that is as long as they are wide.
+    /// Writes their values, finite, at the stage that was estimated last: one channel after the
+    /// other into a `row` that is as long as they are wide.
     fn signals(&self, _state: &S, _sample: &Sample<N>, _row: &mut [f64]) {}
 }
 

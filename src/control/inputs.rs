@@ -10,7 +10,8 @@ pub enum Signal {
     E,
     /// ė [rad/s].
     De,
-    /// Measured position [rad], as it was measured: a turn more is another input, of a continuous joint too.
+    /// Measured position [rad], as it was measured: a turn more is another input, of a continuous
+    /// joint too.
     Q,
     /// Measured velocity [rad/s].
     Dq,
@@ -27,7 +28,8 @@ const SIGNALS: usize = 7;
 
 /// An ordered choice of signals, each multiplied by a scale before it reaches the sets.
 ///
-/// The inputs are joint after joint within a signal: `[e₁, e₂, ė₁, ė₂]` for two joints and [`Inputs::error`].
+/// The inputs are joint after joint within a signal: `[e₁, e₂, ė₁, ė₂]` for two joints and
+/// [`Inputs::error`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs {
     chosen: [(Signal, f64); SIGNALS],

@@ -8,7 +8,8 @@ use crate::math::Vector;
 pub struct Limits<const N: usize> {
     /// Largest |τ| of each joint [N·m]; infinite = no limit.
     pub effort_limit: [f64; N],
-    /// Largest change of each τ per second [N·m/s]; infinite = no limit. Needs a step, so sampled control only.
+    /// Largest change of each τ per second [N·m/s]; infinite = no limit. Needs a step, so sampled
+    /// control only.
     pub effort_rate_limit: [f64; N],
 }
 

@@ -1,4 +1,5 @@
-//! The memory of a compensator, lent by the caller, in whole cache lines: a register read across two lines costs twice.
+//! The memory of a compensator, lent by the caller, in whole cache lines: a register read across
+//! two lines costs twice.
 
 use crate::error::{Error, Result};
 use crate::math::LANES;

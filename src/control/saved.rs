@@ -1,6 +1,7 @@
 //! A controller's memory as bytes: versioned, checksummed, and exact to the bit.
 //!
-//! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances · last torque · W − W₀ · W₀ ·
+//! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps,
+//! advances · last torque · W − W₀ · W₀ ·
 //! |W − W₀|² of each joint · FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
 
 use super::{FuzzyCompensator, FuzzyState, State};
@@ -56,8 +57,8 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// Restores what [`save`](Self::save) wrote, bit for bit.
     ///
     /// # Errors
-    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another version; `joints`, `rules`: the state of
-    /// another controller. The state is then as before.
+    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another
+    /// version; `joints`, `rules`: the state of another controller. The state is then as before.
     pub fn restore(
         &self,
         state: &mut State<N, FuzzyState<N, Vec<f64>>>,

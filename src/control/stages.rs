@@ -1,4 +1,5 @@
-//! What the stages of one step record: a compensator's weights change by a sum of one rank-one term a stage.
+//! What the stages of one step record: a compensator's weights change by a sum of one rank-one term
+//! a stage.
 
 use super::Applied;
 use crate::math::{Vector, sqrt};
@@ -65,7 +66,8 @@ impl<const N: usize> Stages<N> {
         self.pull[i] = Vector::zeros();
     }
 
-    /// Makes stage `last`, at the end of the step, stage 0 of the next, whose weights have the squared norms `norms`.
+    /// Makes stage `last`, at the end of the step, stage 0 of the next, whose weights have the
+    /// squared norms `norms`.
     pub fn carry(&mut self, last: usize, norms: &Vector<N>) {
         self.own[0] = self.learnt[last];
         self.prior[0] = self.prior[last];

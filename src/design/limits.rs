@@ -1,5 +1,5 @@
-//! Whether a reference stays within an arm's limits, before it runs: positions, speeds, and the torque that a motion without
-//! error takes, `τ = M(q_d) q̈_d + H(q_d, q̇_d)`.
+//! Whether a reference stays within an arm's limits, before it runs: positions, speeds, and the
+//! torque that a motion without error takes, `τ = M(q_d) q̈_d + H(q_d, q̇_d)`.
 
 use core::fmt;
 
@@ -8,7 +8,8 @@ use crate::error::{Result, finite, positive, within};
 use crate::math::Vector;
 use crate::reference::{Reference, Setpoint};
 
-/// A limit is kept by what exceeds it by this share, or a position by this much [rad or m], which is rounding.
+/// A limit is kept by what exceeds it by this share, or a position by this much [rad or m], which
+/// is rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Most times that are looked at: a few seconds of work.
@@ -145,12 +146,13 @@ impl<const N: usize> LimitCheck<N> {
     }
 }
 
-/// Looks at `reference` at t = 0, `dt`, 2 `dt` … and at last at `duration` [s]: what it exceeds of the arm's
-/// [limits](Serial::limits), and where it does so most. Between these times it is not looked at.
+/// Looks at `reference` at t = 0, `dt`, 2 `dt` … and at last at `duration` [s]: what it exceeds of
+/// the arm's [limits](Serial::limits), and where it does so most. Between these times it is not
+/// looked at.
 ///
 /// # Errors
-/// `NotFinite` or `OutOfRange`, naming `duration`, `dt`, or `reference` with the joint where it, or the torque that it
-/// takes, is not finite.
+/// `NotFinite` or `OutOfRange`, naming `duration`, `dt`, or `reference` with the joint where it, or
+/// the torque that it takes, is not finite.
 pub fn check_limits<const N: usize>(
     arm: &Serial<N>,
     reference: &impl Reference<N>,

@@ -1,11 +1,13 @@
 //! The linear model of one joint under computed torque with a basis that sits at ξ(0).
 //!
-//! While the joint tracks, inputs [e; ė] keep the basis at ξ(0), and the fuzzy compensator is an integrator:
-//! `ë = G (−k_v ė − k_p e + ρ_d − ρ̂)`, `ρ̂' = k_I (p12 e + p22 ė)`, `k_I = gain |ξ(0)|²`.
+//! While the joint tracks, inputs [e; ė] keep the basis at ξ(0), and the fuzzy compensator is an
+//! integrator: `ë = G (−k_v ė − k_p e + ρ_d − ρ̂)`, `ρ̂' = k_I (p12 e + p22 ė)`,
+//! `k_I = gain |ξ(0)|²`.
 //!
-//! G = M⁻¹M₀ is the inertia ratio of the joint (nominal over true inertia: 1 for the right model, 0.5 in the paper's example),
-//! `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` [rad/s²] the uncertainty ρ* along the reference. The part ΔM (v − q̈_d) of ρ* is feedback, not
-//! disturbance, and is what puts G before the gains.
+//! G = M⁻¹M₀ is the inertia ratio of the joint (nominal over true inertia: 1 for the right model,
+//! 0.5 in the paper's example), `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` [rad/s²] the uncertainty ρ* along
+//! the reference. The part ΔM (v − q̈_d) of ρ* is feedback, not disturbance, and is what puts G
+//! before the gains.
 //!
 //! Source: paper (8), (12), (18), linearised at e = 0.
 
@@ -18,7 +20,8 @@ pub const MAX_DELAY: usize = 8;
 
 /// e, ė, ρ̂ and the commands under way.
 const STATES: usize = 3 + MAX_DELAY;
-/// The search for the longest period starts at this share of the fastest time constant, where sampling hardly matters …
+/// The search for the longest period starts at this share of the fastest time constant, where
+/// sampling hardly matters …
 const FIRST: f64 = 0.02;
 /// … halves it so often if that is too long already …
 const HALVINGS: usize = 20;
@@ -46,7 +49,8 @@ pub struct LinearModel {
 }
 
 impl LinearModel {
-    /// The poles [1/s]: roots of `s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12`. Without an integrator one of them is 0.
+    /// The poles [1/s]: roots of `s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12`. Without an
+    /// integrator one of them is 0.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange` for a field, as in every method here; `NoConvergence`.
@@ -90,17 +94,21 @@ impl LinearModel {
         Ok(amplitude.abs() * self.gain_at(omega)? / sqrt(2.0))
     }
 
-    /// Spectral radius of the model sampled with `period` h [s], the command held and applied `delay_samples` d samples late.
+    /// Spectral radius of the model sampled with `period` h [s], the command held and applied
+    /// `delay_samples` d samples late.
     ///
-    /// Exact for the double integrator: `e⁺ = e + h ė + ½h² G c`, `ė⁺ = ė + h G c`, with `c = −k_v ė − k_p e − ρ̂` of d samples
-    /// ago; the weights advance after the command is computed, `ρ̂⁺ = ρ̂ + h k_I (p12 e + p22 ė)`. Stable below 1. Without an
-    /// integrator only e and ė count.
+    /// Exact for the double integrator: `e⁺ = e + h ė + ½h² G c`, `ė⁺ = ė + h G c`, with
+    /// `c = −k_v ė − k_p e − ρ̂` of d samples ago; the weights advance after the command is
+    /// computed, `ρ̂⁺ = ρ̂ + h k_I (p12 e + p22 ė)`. Stable below 1. Without an integrator only e
+    /// and ė count.
     ///
-    /// At k_p = 8, k_v = 5.5, Q = 10I, γ = 1 and G = 1 it passes 1 at 0.364 s for k_I = 0, at 14.5 ms for k_I = 700 · 0.42163, at 67 ms
-    /// for 7 · 8.94112 and at 6.9 ms for 70 · 8.94112; one sample of delay halves these. With G = 0.5 and k_I > 0 they are 11 % shorter.
+    /// At k_p = 8, k_v = 5.5, Q = 10I, γ = 1 and G = 1 it passes 1 at 0.364 s for k_I = 0, at 14.5
+    /// ms for k_I = 700 · 0.42163, at 67 ms for 7 · 8.94112 and at 6.9 ms for 70 · 8.94112; one
+    /// sample of delay halves these. With G = 0.5 and k_I > 0 they are 11 % shorter.
     ///
     /// # Errors
-    /// As [`Self::poles`]; `OutOfRange` for `period`, `TooMany` for more than [`MAX_DELAY`] samples.
+    /// As [`Self::poles`]; `OutOfRange` for `period`, `TooMany` for more than [`MAX_DELAY`]
+    /// samples.
     pub fn sampled_radius(&self, period: f64, delay_samples: usize) -> Result<f64> {
         self.check()?;
         positive("period", &[period])?;
@@ -108,7 +116,8 @@ impl LinearModel {
         self.radius(period, delay_samples)
     }
 
-    /// The longest period [s] below which the sampled model is stable, with `delay_samples` of delay.
+    /// The longest period [s] below which the sampled model is stable, with `delay_samples` of
+    /// delay.
     ///
     /// # Errors
     /// As [`Self::sampled_radius`]; `NotHurwitz` if the model is unstable even without sampling.

@@ -1,5 +1,6 @@
-//! What can be known before a run: the linear model of one joint, its poles, its accuracy and its sampling limits,
-//! and a report with a verdict; and whether a reference stays within an arm's limits.
+//! What can be known before a run: the linear model of one joint, its poles, its accuracy and its
+//! sampling limits, and a report with a verdict; and whether a reference stays within an arm's
+//! limits.
 
 mod limits;
 mod linear_model;

@@ -1,4 +1,5 @@
-//! The design report: what the chosen gains, Q, γ, basis and period will do, and whether to go ahead.
+//! The design report: what the chosen gains, Q, γ, basis and period will do, and whether to go
+//! ahead.
 
 use core::fmt;
 
@@ -36,7 +37,8 @@ pub struct Conditions<'a> {
     pub delay_samples: usize,
     /// Harmonics of ρ along the reference: amplitude [rad/s²] and frequency [rad/s].
     pub disturbance: &'a [(f64, f64)],
-    /// Nominal over true inertia: 1 for a right model, 0.5 if the arm is twice as heavy as believed.
+    /// Nominal over true inertia: 1 for a right model, 0.5 if the arm is twice as heavy as
+    /// believed.
     pub inertia_ratio: f64,
 }
 
@@ -305,8 +307,9 @@ impl<const N: usize> Design<'_, N> {
             let suggested_gain = self.useful_gain(rms[0], xi_squared)?;
             findings.push(Finding::Inert { joint, k_i, removes, suggested_gain });
         }
-        // In a sample the slowest pole decays by e^(Re h); sampling should leave most of that. (A fixed bound on the
-        // radius would warn of every fast loop: computed torque alone has 0.9979 at 1 kHz.)
+        // In a sample the slowest pole decays by e^(Re h); sampling should leave most of that. (A
+        // fixed bound on the radius would warn of every fast loop: computed torque alone has 0.9979
+        // at 1 kHz.)
         let expected = exp(KEPT_DAMPING * max_real * self.conditions.period);
         if radius >= 1.0 {
             findings.push(Finding::Unstable { joint, radius, max_period });

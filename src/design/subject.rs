@@ -1,4 +1,5 @@
-//! What a report asks of a compensator: the parameters of its law, P, and how much of it acts near zero.
+//! What a report asks of a compensator: the parameters of its law, P, and how much of it acts near
+//! zero.
 
 use crate::control::{FuzzyCompensator, FuzzyParameters, KernelCompensator};
 use crate::error::Result;

@@ -9,13 +9,16 @@ use crate::math::{Matrix, sqrt};
 
 /// QL sweeps allowed per eigenvalue; two is usual, EISPACK's limit is 30.
 const SWEEPS: usize = 60;
-/// A subdiagonal entry below this is zero, next to a largest entry of 1/2..1: what is left of a block of zeros by rounding.
+/// A subdiagonal entry below this is zero, next to a largest entry of 1/2..1: what is left of a
+/// block of zeros by rounding.
 const NEGLIGIBLE: f64 = 1e-17;
 
-/// The eigenvalues of the symmetric matrix `a`, in no particular order; only its lower triangle is read.
+/// The eigenvalues of the symmetric matrix `a`, in no particular order; only its lower triangle is
+/// read.
 ///
 /// # Errors
-/// `NotFinite` for NaN or an infinity, `NoConvergence` if 60 QL sweeps do not suffice for one of them.
+/// `NotFinite` for NaN or an infinity, `NoConvergence` if 60 QL sweeps do not suffice for one of
+/// them.
 pub fn symmetric_eigenvalues<const S: usize>(a: &Matrix<S>) -> Result<[f64; S]> {
     Ok(symmetric_spectrum(a)?.into())
 }
@@ -42,7 +45,8 @@ pub fn symmetric_min<const S: usize>(a: &Matrix<S>) -> Result<f64> {
     Ok(symmetric_eigenvalues(a)?.iter().fold(f64::INFINITY, |least, &x| least.min(x)))
 }
 
-/// Eigenvalues of the finite n×n matrix in `a` (lower triangle, column-major), which is destroyed; `off` is scratch.
+/// Eigenvalues of the finite n×n matrix in `a` (lower triangle, column-major), which is destroyed;
+/// `off` is scratch.
 pub(crate) fn symmetric_in_place(
     n: usize,
     a: &mut [f64],
@@ -62,7 +66,8 @@ pub(crate) fn symmetric_in_place(
 
 /// One Householder step: clears column k below the subdiagonal, and returns the subdiagonal entry.
 ///
-/// `A ← A − v wᵀ − w vᵀ` on the rows and columns after k, with v the reflector, `p = A v / h`, `w = p − v (pᵀv)/2h`.
+/// `A ← A − v wᵀ − w vᵀ` on the rows and columns after k, with v the reflector, `p = A v / h`,
+/// `w = p − v (pᵀv)/2h`.
 fn reflect(n: usize, k: usize, a: &mut [f64], scratch: &mut [f64]) -> f64 {
     if k + 1 >= n {
         return 0.0;
@@ -105,7 +110,8 @@ fn reflect(n: usize, k: usize, a: &mut [f64], scratch: &mut [f64]) -> f64 {
     alpha
 }
 
-/// Eigenvalues of the tridiagonal matrix with diagonal `d` and subdiagonal `e` (its last entry is ignored).
+/// Eigenvalues of the tridiagonal matrix with diagonal `d` and subdiagonal `e` (its last entry is
+/// ignored).
 fn implicit_ql(d: &mut [f64], e: &mut [f64]) -> Result<()> {
     let n = d.len();
     for l in 0..n {

@@ -83,7 +83,8 @@ pub enum Problem {
         gamma: f64,
         /// The smallest level that has a solution: γ must be larger.
         gamma_opt: f64,
-        /// The factor by which Q would have to be multiplied at this γ: a smaller one is admissible.
+        /// The factor by which Q would have to be multiplied at this γ: a smaller one is
+        /// admissible.
         max_scale: f64,
     },
     /// The system cannot be stabilised by this input matrix.

@@ -1,6 +1,8 @@
-//! A fuzzy system as a plain function approximator, y(x) = W ξ(x), fitted to samples by ridge regression.
+//! A fuzzy system as a plain function approximator, y(x) = W ξ(x), fitted to samples by ridge
+//! regression.
 //!
-//! `min_W Σ |W ξ(x_k) − y_k|² + ridge T |W|²` over T samples: the universal approximation statement (5), to look at.
+//! `min_W Σ |W ξ(x_k) − y_k|² + ridge T |W|²` over T samples: the universal approximation statement
+//! (5), to look at.
 
 use super::FuzzyBasis;
 use crate::error::{Error, Result, at_most, finite, length, non_negative, not_empty};
@@ -21,8 +23,10 @@ impl FuzzyApproximator {
     /// Fits W to samples: `x` row-major (samples × inputs), `y` row-major (samples × outputs).
     ///
     /// # Errors
-    /// `x`, `y`: lengths that do not fit, no sample, or not finite. `outputs`: 0. `ridge`: negative. `rules`: more than 4096.
-    /// `ridge` again, as [`NotPositive`](crate::Problem::NotPositive), when the samples do not determine W: give more ridge.
+    /// `x`, `y`: lengths that do not fit, no sample, or not finite. `outputs`: 0. `ridge`:
+    /// negative. `rules`: more than 4096. `ridge` again, as
+    /// [`NotPositive`](crate::Problem::NotPositive), when the samples do not determine W: give more
+    /// ridge.
     pub fn fit(
         basis: FuzzyBasis,
         x: &[f64],

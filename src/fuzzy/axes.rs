@@ -1,7 +1,8 @@
 //! The inputs of a basis with their Gaussian sets, and the memberships of all inputs at once.
 //!
-//! Memberships stand in tables of [`LANES`] columns, an input a column and a set a row. Inputs whose sets share a lattice
-//! share a table, which is filled a register at a time; the others go one by one.
+//! Memberships stand in tables of [`LANES`] columns, an input a column and a set a row. Inputs
+//! whose sets share a lattice share a table, which is filled a register at a time; the others go
+//! one by one.
 
 use pulp::Simd;
 
@@ -75,8 +76,8 @@ impl Axes {
     /// `axes.len()` inputs.
     ///
     /// # Errors
-    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`: more
-    /// than [`MAX_INPUTS`], [`MAX_SETS`].
+    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
+    /// `inputs`, `sets`: more than [`MAX_INPUTS`], [`MAX_SETS`].
     pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         at_most("inputs", axes.len(), MAX_INPUTS)?;
         not_empty("inputs", axes.len())?;

@@ -9,8 +9,9 @@
 //! | concat | one for every set of every input | ξ = [p₁; p₂; …] |
 //! | per joint | a grid for each joint, over that joint's inputs | ξⁿ = ⊗ᵢ pⁿᵢ |
 //!
-//! with pᵢ the memberships of input i. A product grid is never written out: ξ = u ⊗ v with u over the leading
-//! and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one pass over W.
+//! with pᵢ the memberships of input i. A product grid is never written out: ξ = u ⊗ v with u over
+//! the leading and v over the trailing inputs, so that ξ(x)·ξ(y) = (u·u')(v·v'), and W ξ takes one
+//! pass over W.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -24,7 +25,8 @@ use super::places::{Dyad, Dyads};
 use crate::error::{Result, finite, length};
 use crate::math::{LANES, sqrt};
 
-/// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes to.
+/// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes
+/// to.
 #[derive(Clone, Debug)]
 pub struct FuzzyBasis {
     form: Form,
@@ -38,8 +40,9 @@ impl FuzzyBasis {
     /// A basis over `axes.len()` inputs.
     ///
     /// # Errors
-    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`,
-    /// `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`], [`MAX_RULES`]; nothing is allocated before that is known.
+    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
+    /// `inputs`, `sets`, `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`], [`MAX_RULES`]; nothing is
+    /// allocated before that is known.
     pub fn new(form: Form, normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         let axes = Axes::new(normalized, axes)?;
         let (mut sets, mut factors) = ([0; MAX_INPUTS], [Column::EMPTY; MAX_INPUTS]);
@@ -106,7 +109,8 @@ impl FuzzyBasis {
         self.layout.blocks
     }
 
-    /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1 an input.
+    /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1
+    /// an input.
     pub(crate) fn xi_bound(&self) -> f64 {
         sqrt(self.block_rules() as f64)
     }
@@ -157,8 +161,8 @@ impl FuzzyBasis {
         (&u[..self.layout.outer], &v[..self.layout.stride])
     }
 
-    /// ξ·ξ' of two evaluated bases for every entry of `out`, which has a block of its own or shares the only one: for a
-    /// product, one sum over the sets of each input.
+    /// ξ·ξ' of two evaluated bases for every entry of `out`, which has a block of its own or shares
+    /// the only one: for a product, one sum over the sets of each input.
     #[inline(always)]
     pub(crate) fn dots<S: Simd>(&self, simd: S, left: &[f64], right: &[f64], out: &mut [f64]) {
         let Layout { blocks, memberships, .. } = self.layout;

@@ -4,7 +4,8 @@
 //! ξ = ⊗ᵢ pᵢ   so that   k(x, y) = ξ(x)·ξ(y) = ∏ᵢ pᵢ(x)·pᵢ(y)
 //! ```
 //!
-//! with pᵢ the memberships of input i. Five sets on each of 14 inputs make 6.1 billion rules, and 70 memberships.
+//! with pᵢ the memberships of input i. Five sets on each of 14 inputs make 6.1 billion rules, and
+//! 70 memberships.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -23,11 +24,13 @@ pub struct KernelBasis {
 }
 
 impl KernelBasis {
-    /// A grid over `axes.len()` inputs, normalised (fuzzy basis functions) or raw (firing strengths).
+    /// A grid over `axes.len()` inputs, normalised (fuzzy basis functions) or raw (firing
+    /// strengths).
     ///
     /// # Errors
-    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9. `inputs`, `sets`: more
-    /// than [`MAX_INPUTS`](super::MAX_INPUTS), [`MAX_SETS`](super::MAX_SETS). There is no limit to the rules.
+    /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
+    /// `inputs`, `sets`: more than [`MAX_INPUTS`](super::MAX_INPUTS),
+    /// [`MAX_SETS`](super::MAX_SETS). There is no limit to the rules.
     pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         Ok(Self { axes: Axes::new(normalized, axes)? })
     }
@@ -78,8 +81,8 @@ impl KernelBasis {
         if self.normalized() { 1.0 } else { sqrt(self.rules()) }
     }
 
-    /// A bound of the relative error of k(x, y)² / k(x, x) k(y, y): each sum over sets, and each product over inputs, is
-    /// of terms that are not negative.
+    /// A bound of the relative error of k(x, y)² / k(x, x) k(y, y): each sum over sets, and each
+    /// product over inputs, is of terms that are not negative.
     pub(crate) fn rounding(&self) -> f64 {
         4.0 * f64::EPSILON * (self.sets() + self.inputs() + 2) as f64
     }
@@ -108,8 +111,8 @@ impl KernelBasis {
         sums[..self.inputs()].iter().product()
     }
 
-    /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block, set after set, the
-    /// atoms of a block in the lanes.
+    /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block,
+    /// set after set, the atoms of a block in the lanes.
     #[inline(always)]
     pub(crate) fn compare<S: Simd>(
         &self,
@@ -230,8 +233,8 @@ impl WithSimd for Dot<'_> {
     }
 }
 
-/// The atom with the largest k²/k(atom, atom), and that ratio; the first of equals. `atoms` blocks of kernels and of
-/// inverses 1/k(atom, atom), which are 0 where no atom is.
+/// The atom with the largest k²/k(atom, atom), and that ratio; the first of equals. `atoms` blocks
+/// of kernels and of inverses 1/k(atom, atom), which are 0 where no atom is.
 #[inline(always)]
 pub(crate) fn nearest<S: Simd>(simd: S, kernels: &[f64], inverses: &[f64]) -> (usize, f64) {
     let parts = LANES / S::F64_LANES;

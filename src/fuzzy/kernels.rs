@@ -1,7 +1,7 @@
 //! The inner loops over rules, for whatever vector registers the machine has.
 //!
-//! Sums run over 8 lanes, however many a register holds; the lanes are added in a fixed order and nothing is fused,
-//! so every instruction set gives the same bits.
+//! Sums run over 8 lanes, however many a register holds; the lanes are added in a fixed order and
+//! nothing is fused, so every instruction set gives the same bits.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -87,8 +87,8 @@ pub(crate) fn contract<S: Simd, const J: usize>(
     totals
 }
 
-/// Adds the share of `C` runs of columns from column `first` on, for matrices with the shape of a product: first over the
-/// rows, then over the columns. Returns the number of columns.
+/// Adds the share of `C` runs of columns from column `first` on, for matrices with the shape of a
+/// product: first over the rows, then over the columns. Returns the number of columns.
 #[inline(always)]
 fn columns<S: Simd, const J: usize, const C: usize>(
     simd: S,
@@ -187,8 +187,8 @@ fn add<S: Simd, const K: usize>(
     squares.total()
 }
 
-/// Adds the terms to `C` runs of columns from column `first` on, and the squares of the result to `squares`; returns the
-/// number of columns.
+/// Adds the terms to `C` runs of columns from column `first` on, and the squares of the result to
+/// `squares`; returns the number of columns.
 #[inline(always)]
 fn add_columns<S: Simd, const K: usize, const C: usize>(
     simd: S,
@@ -314,7 +314,8 @@ mod tests {
         ([Dyad { u, v }, Dyad { u: x, v: y }], y.first + y.len)
     }
 
-    /// Every loop on weights for a product of so many rows: the numbers that it returns, and all that it writes.
+    /// Every loop on weights for a product of so many rows: the numbers that it returns, and all
+    /// that it writes.
     struct All(usize);
 
     impl WithSimd for All {

@@ -28,8 +28,8 @@ impl Column {
     }
 }
 
-/// out[..] = ⊗ factors, from the last factor to the first, then zeros up to whole lanes. Rows are written in whole lanes;
-/// what a row writes too far, the next one, or the zeros, cover.
+/// out[..] = ⊗ factors, from the last factor to the first, then zeros up to whole lanes. Rows are
+/// written in whole lanes; what a row writes too far, the next one, or the zeros, cover.
 ///
 /// `out` and `scratch` have room for one more run of lanes.
 #[inline(always)]

@@ -1,5 +1,5 @@
-//! Gaussian sets of equal width whose centres lie on a lattice: one exponential for all sets of an input, and the
-//! inputs side by side, one a lane.
+//! Gaussian sets of equal width whose centres lie on a lattice: one exponential for all sets of an
+//! input, and the inputs side by side, one a lane.
 //!
 //! With p the first centre, c = p + k d and σ the width,
 //!
@@ -64,7 +64,8 @@ impl Lattice {
         decays: [Line([1.0; LANES]); MAX_SETS],
     };
 
-    /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or on another.
+    /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or
+    /// on another.
     pub fn take(&mut self, centers: &[f64], widths: &[f64]) -> bool {
         let Some((pattern, step)) = Pattern::recognise(centers, widths) else { return false };
         if self.used == LANES || self.used > 0 && self.pattern != pattern {
@@ -89,8 +90,8 @@ impl Lattice {
         true
     }
 
-    /// Writes the memberships of these `inputs` of x, one a lane, a row of lanes a set. Those beyond reach, in the lanes of
-    /// the bits that are set in the result, are to be written again.
+    /// Writes the memberships of these `inputs` of x, one a lane, a row of lanes a set. Those
+    /// beyond reach, in the lanes of the bits that are set in the result, are to be written again.
     #[inline(always)]
     pub fn memberships<S: Simd>(
         &self,
@@ -166,8 +167,9 @@ impl Lattice {
     }
 }
 
-/// These entries of x in the first lanes of a register, 0 in the others. Numbers that are written one by one could not be
-/// read soon as a register, so each is put into all lanes and kept in the one that is its own.
+/// These entries of x in the first lanes of a register, 0 in the others. Numbers that are written
+/// one by one could not be read soon as a register, so each is put into all lanes and kept in the
+/// one that is its own.
 #[inline(always)]
 fn gather<S: Simd>(simd: S, x: &[f64], inputs: &[usize]) -> S::f64s {
     const NUMBERS: Line = Line([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
@@ -241,8 +243,8 @@ const FACTORS: [f64; 14] = [
     1.0 / 6227020800.0,
 ];
 
-/// eˣ in every lane, to two units in the last place; x is clamped to ±690. The `libm` crate has no exponential of
-/// several numbers at once.
+/// eˣ in every lane, to two units in the last place; x is clamped to ±690. The `libm` crate has no
+/// exponential of several numbers at once.
 ///
 /// x = n ln 2 + r with |r| ≤ ½ ln 2, the series of eʳ to r¹³, and n goes into the exponent.
 #[inline(always)]

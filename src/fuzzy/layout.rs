@@ -5,7 +5,8 @@ use super::places::{Dyad, Dyads, Span};
 use crate::error::{Error, Result, length, not_empty};
 use crate::math::LANES;
 
-/// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then padding, and it is soon made.
+/// The trailing factor v of ξ = u ⊗ v takes inputs until it is this long: little of it is then
+/// padding, and it is soon made.
 const MIN_INNER: usize = 3 * LANES;
 
 /// Sizes of the factors of ξ = u ⊗ v.
@@ -23,8 +24,8 @@ pub(super) struct Layout {
     pub inner: usize,
     /// Length of v with its padding to whole lanes.
     pub stride: usize,
-    /// The order of a weight matrix, u by v: the columns that fill no whole lanes, column by column, if less of them is
-    /// then padding; and the others, row by row.
+    /// The order of a weight matrix, u by v: the columns that fill no whole lanes, column by
+    /// column, if less of them is then padding; and the others, row by row.
     pub dyads: Dyads,
     /// Length of an evaluated block: v, u, each with room for one more run of lanes.
     pub block: usize,
@@ -35,7 +36,8 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// The layout of a basis whose inputs have so many sets; their memberships take `memberships` entries.
+    /// The layout of a basis whose inputs have so many sets; their memberships take `memberships`
+    /// entries.
     pub fn new(form: Form, sets: &[usize], memberships: usize) -> Result<Self> {
         match form {
             Form::Grid => Self::grid(1, sets, memberships),

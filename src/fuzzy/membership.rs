@@ -1,7 +1,8 @@
-//! Gaussian membership of one input in its sets, μ(x) = exp(−½((x − c)/σ)²) (eq. 1), for any centres and widths.
+//! Gaussian membership of one input in its sets, μ(x) = exp(−½((x − c)/σ)²) (eq. 1), for any
+//! centres and widths.
 //!
-//! Normalised memberships are taken relative to the strongest set, so that they never become 0/0, however far
-//! x is from every centre.
+//! Normalised memberships are taken relative to the strongest set, so that they never become 0/0,
+//! however far x is from every centre.
 
 use super::form::MAX_SETS;
 use super::places::Span;
@@ -28,8 +29,8 @@ impl Sets {
         }
     }
 
-    /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every `stride`th entry. No NaN
-    /// for any finite x.
+    /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every
+    /// `stride`th entry. No NaN for any finite x.
     pub fn memberships(
         &self,
         place: Span,
@@ -53,7 +54,8 @@ impl Sets {
     }
 }
 
-/// Replaces every `stride`th entry, an exponent, by its exponential, normalised to sum 1 (log-sum-exp) or raw.
+/// Replaces every `stride`th entry, an exponent, by its exponential, normalised to sum 1
+/// (log-sum-exp) or raw.
 pub(super) fn exponentials((out, stride): (&mut [f64], usize), normalized: bool) {
     if !normalized {
         out.iter_mut().step_by(stride).for_each(|y| *y = exp(*y));

@@ -12,8 +12,9 @@ use crate::arm::{Arm, Friction, JointKind, TwoLink, TwoLinkParameters};
 
 /// A planar arm of two links, in closed form (section 4 of the paper).
 ///
-/// mass [kg], length [m], inertia about the centres of mass [kg·m²]: scalar or (2,), > 0. gravity [m/s²]: 0 for an
-/// arm that lies flat. viscous [N·m·s/rad], coulomb [N·m], smoothing [rad/s]: friction of the joints.
+/// mass [kg], length [m], inertia about the centres of mass [kg·m²]: scalar or (2,), > 0. gravity
+/// [m/s²]: 0 for an arm that lies flat. viscous [N·m·s/rad], coulomb [N·m], smoothing [rad/s]:
+/// friction of the joints.
 #[pyclass(name = "TwoLink", module = "steadyarm", frozen)]
 pub(super) struct PyTwoLink {
     pub arm: TwoLink,

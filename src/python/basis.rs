@@ -34,12 +34,13 @@ const MAX_ENTRIES: usize = 1 << 28;
 
 /// Gaussian fuzzy sets, how they combine to rules, and the signals they see (eqs. 1-4).
 ///
-/// form: "grid" (a rule for every combination of one set per input), "shared" (rule j uses set j on every input),
-/// "concat" (a rule for every set of every input) or "per_joint" (a grid for each joint). centers: a list for all
-/// inputs, or a list of lists, one an input; width: σ, a scalar, one a set, or one an input. normalized: fuzzy basis
-/// functions (4) or raw firing strengths. inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d),
-/// "trajectory" (q_d, dq_d, ddq_d), a list of these signals, or a dict signal -> scale. joints: of the arm; by default
-/// those that the lists of centers are for, or any.
+/// form: "grid" (a rule for every combination of one set per input), "shared" (rule j uses set j on
+/// every input), "concat" (a rule for every set of every input) or "per_joint" (a grid for each
+/// joint). centers: a list for all inputs, or a list of lists, one an input; width: σ, a scalar,
+/// one a set, or one an input. normalized: fuzzy basis functions (4) or raw firing strengths.
+/// inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d), "trajectory" (q_d, dq_d,
+/// ddq_d), a list of these signals, or a dict signal -> scale. joints: of the arm; by default those
+/// that the lists of centers are for, or any.
 #[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyBasis {
@@ -81,7 +82,8 @@ impl PyFuzzyBasis {
         KernelBasis::new(self.normalized, &axes).map_err(value_error)
     }
 
-    /// Whether rule after rule is a product over all inputs, of which there may be too many to write out.
+    /// Whether rule after rule is a product over all inputs, of which there may be too many to
+    /// write out.
     pub fn is_grid(&self) -> bool {
         self.form == "grid"
     }
@@ -95,7 +97,8 @@ impl PyFuzzyBasis {
         }
     }
 
-    /// What is wrong with the lists of centers, where they are for another joint count than `of` is.
+    /// What is wrong with the lists of centers, where they are for another joint count than `of`
+    /// is.
     pub fn other_joints(&self, joints: usize, of: &str) -> Option<String> {
         let own = self.joints.filter(|own| !self.shared_axis && *own != joints)?;
         let (got, wanted) = (self.centers.len(), self.inputs.len(joints));
@@ -210,7 +213,8 @@ impl PyFuzzyBasis {
         axes.iter().try_fold(one, |rules, axis| rules.mul(axis.centers.len()))
     }
 
-    /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a signal.
+    /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a
+    /// signal.
     fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
         let (rows, columns, values) = matrix(x, "x", "(samples, inputs)")?;
         if columns == 0 {

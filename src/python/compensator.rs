@@ -16,7 +16,8 @@ use crate::error::Result;
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// A compensator of a tracker. One without a matrix of weights raises TypeError when it is asked for them.
+/// A compensator of a tracker. One without a matrix of weights raises TypeError when it is asked
+/// for them.
 pub(super) trait Compensation<const N: usize>:
     Compensator<N, Self::State> + Send + Sync + 'static
 {

@@ -1,5 +1,6 @@
-//! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so that a caller may
-//! pass lists, other types, strided or read-only arrays, and may reuse one array for several arguments.
+//! Between numpy and the core: the only file that names numpy. Arrays are copied at the edge, so
+//! that a caller may pass lists, other types, strided or read-only arrays, and may reuse one array
+//! for several arguments.
 
 use numpy::{
     PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArray,
@@ -55,7 +56,8 @@ pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers>
     Ok(Numbers { shape, values: flat.as_slice()?.to_vec() })
 }
 
-/// Refuses masked entries, which would count as the numbers that are hidden there: in a masked array, or a list of them.
+/// Refuses masked entries, which would count as the numbers that are hidden there: in a masked
+/// array, or a list of them.
 fn refuse_masked(
     numpy: &Bound<'_, PyModule>,
     value: &Bound<'_, PyAny>,
@@ -84,7 +86,8 @@ fn refuse_masked(
     )))
 }
 
-/// Whether it is an array of numpy's own, and not of a class made of it, which may mean something else.
+/// Whether it is an array of numpy's own, and not of a class made of it, which may mean something
+/// else.
 #[inline]
 fn is_ndarray(value: &Bound<'_, PyAny>) -> bool {
     value.is_exact_instance_of::<PyUntypedArray>()

@@ -20,7 +20,8 @@ type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
     basis: PyFuzzyBasis,
-    /// In a box: its tables stand in whole cache lines, and Python places objects at multiples of 16 bytes.
+    /// In a box: its tables stand in whole cache lines, and Python places objects at multiples of
+    /// 16 bytes.
     approximator: Box<FuzzyApproximator>,
 }
 
@@ -100,13 +101,15 @@ impl PyFuzzyApproximator {
     }
 }
 
-/// The fuzzy compensator ρ̂ = W ξ with the adaptive law (18): gain, Q and γ of (19), robust modifications.
+/// The fuzzy compensator ρ̂ = W ξ with the adaptive law (18): gain, Q and γ of (19), robust
+/// modifications.
 ///
-/// gain = Γ⁻¹: scalar or (n,), > 0. q: diagonal of Q, a scalar, (2n,) for [e₁ … eₙ, de₁ … deₙ], or a diagonal (2n, 2n).
-/// gamma: the γ of (19). leak_rate [1/s], error_modification, projection_radius, dead_zone, normalization: off by
-/// default. dictionary: None, or a number of atoms, 1 to 4096: a grid of any number of rules in kernel form, of which the
-/// compensator remembers so many states. merge_tolerance: a new state is merged into its nearest where that loses less
-/// than this part of it, 0 <= part < 1.
+/// gain = Γ⁻¹: scalar or (n,), > 0. q: diagonal of Q, a scalar, (2n,) for [e₁ … eₙ, de₁ … deₙ], or
+/// a diagonal (2n, 2n). gamma: the γ of (19). leak_rate [1/s], error_modification,
+/// projection_radius, dead_zone, normalization: off by default. dictionary: None, or a number of
+/// atoms, 1 to 4096: a grid of any number of rules in kernel form, of which the compensator
+/// remembers so many states. merge_tolerance: a new state is merged into its nearest where that
+/// loses less than this part of it, 0 <= part < 1.
 #[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {

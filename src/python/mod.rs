@@ -1,4 +1,5 @@
-//! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and in the package.
+//! The Python extension module `steadyarm._core`. Documentation for users stands in `_core.pyi` and
+//! in the package.
 
 mod any_arm;
 mod arm;

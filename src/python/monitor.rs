@@ -14,8 +14,8 @@ const MAX_STRIDE: u32 = 8;
 
 /// Looks for Ctrl-C and shows progress, now and then.
 ///
-/// The clock is read once in so many steps, fewer the longer they take, and never more than [`MAX_STRIDE`]: steps that
-/// become slow at once must not put off Ctrl-C.
+/// The clock is read once in so many steps, fewer the longer they take, and never more than
+/// [`MAX_STRIDE`]: steps that become slow at once must not put off Ctrl-C.
 pub(super) struct Monitor {
     checked: Instant,
     /// Steps from one reading of the clock to the next, and those left.

@@ -126,8 +126,9 @@ impl PySolution {
 
 /// Solve A'P + PA + γ⁻² P B B' P + Q = 0 (eq. 19) for the stabilising P.
 ///
-/// A (S, S) Hurwitz, S up to 512; B (S, m); Q (S, S) symmetric positive semidefinite; gamma > 0. Raises
-/// NoStabilizingSolution where there is none, ValueError for anything else that does not fit.
+/// A (S, S) Hurwitz, S up to 512; B (S, m); Q (S, S) symmetric positive semidefinite; gamma > 0.
+/// Raises NoStabilizingSolution where there is none, ValueError for anything else that does not
+/// fit.
 #[pyfunction]
 #[pyo3(signature = (A, B, Q, gamma=None), text_signature = "(A, B, Q, gamma=1.0)")]
 #[expect(non_snake_case, reason = "the names of the equation")]
@@ -144,8 +145,8 @@ pub(super) fn bounded_real_riccati(
 
 /// Solve A'P + PA - P B R⁻¹ B' P + Q = 0 for the stabilising P.
 ///
-/// A (S, S), S up to 512; B (S, m) with (A, B) stabilisable; Q (S, S) symmetric; R (m, m) symmetric positive definite.
-/// Raises ValueError for anything that does not fit.
+/// A (S, S), S up to 512; B (S, m) with (A, B) stabilisable; Q (S, S) symmetric; R (m, m) symmetric
+/// positive definite. Raises ValueError for anything that does not fit.
 #[pyfunction]
 #[expect(non_snake_case, reason = "the names of the equation")]
 pub(super) fn care(

@@ -24,8 +24,8 @@ fn files(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {
     py.import("steadyarm._files")
 }
 
-/// Refuses a path that leads nowhere: `OSError` with number, text and path, of which Python makes the class, such as
-/// `FileNotFoundError`.
+/// Refuses a path that leads nowhere: `OSError` with number, text and path, of which Python makes
+/// the class, such as `FileNotFoundError`.
 pub(super) fn exists(path: &Path) -> PyResult<()> {
     fs::metadata(path).map(drop).map_err(|error| {
         let path = path.to_path_buf();

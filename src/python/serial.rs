@@ -142,7 +142,7 @@ impl PySerial {
         self.rubbing([viscous, coulomb, stribeck, stribeck_speed, smoothing])
     }
 
-    /// The same arm with rotors of this inertia, seen through their gears, in place of what they had: a scalar or (n,).
+    /// The same arm with rotors of this inertia, seen through their gears: a scalar or (n,).
     fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<Self> {
         self.geared(armature)
     }
@@ -158,8 +158,8 @@ impl PySerial {
         self.identified(parameters)
     }
 
-    /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ beyond an end, they push back
-    /// with max(0, stiffness δ (1 + dissipation dδ/dt)).
+    /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ
+    /// beyond an end, they push back with max(0, stiffness δ (1 + dissipation dδ/dt)).
     #[pyo3(signature = (stiffness, dissipation=None), text_signature = "(self, stiffness, dissipation=1.0)")]
     fn with_stops(
         &self,
@@ -169,7 +169,7 @@ impl PySerial {
         self.stopped(stiffness, dissipation)
     }
 
-    /// The same arm with a body fixed to its tip: mass [kg], com [m] and inertia [kg·m²] about it in the tip's frame.
+    /// The same arm with a body at its tip: mass [kg], com [m], inertia [kg·m²], in its frame.
     #[pyo3(signature = (mass, com=None, inertia=None), text_signature = "(self, mass, com=(0.0, 0.0, 0.0), inertia=0.0)")]
     fn with_payload(
         &self,
@@ -180,7 +180,8 @@ impl PySerial {
         self.loaded(mass, com, inertia)
     }
 
-    /// A neighbour, the same for the same seed: masses, moments and friction off by these shares, centres of mass by `com` [m].
+    /// A neighbour, the same for the same seed: masses, moments and friction off by these shares,
+    /// centres of mass by `com` [m].
     #[pyo3(
         signature = (seed, mass=None, com=None, inertia=None, friction=None),
         text_signature = "(self, seed, mass=0.2, com=0.01, inertia=0.2, friction=0.2)"
@@ -220,7 +221,7 @@ impl PySerial {
         self.description.joints.iter().map(|joint| joint.link_name.as_str()).collect()
     }
 
-    /// How the joints move: "revolute", "continuous" (its error is taken around the circle) or "prismatic".
+    /// How the joints move: "revolute", "continuous" (its error goes around) or "prismatic".
     #[getter]
     fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         PyTuple::new(py, self.arm.links().iter().map(|link| link.kind.name()))
@@ -238,7 +239,8 @@ impl PySerial {
         self.description.unphysical.name()
     }
 
-    /// What a reference exceeds of these limits, looked at every `dt` from 0 to `duration` [s]: a list, empty if nothing.
+    /// What a reference exceeds of these limits, looked at every `dt` from 0 to `duration` [s]: a
+    /// list, empty if nothing.
     #[pyo3(signature = (reference, duration, dt=None), text_signature = "(self, reference, duration, dt=0.001)")]
     fn check(
         &self,
@@ -250,8 +252,7 @@ impl PySerial {
         self.excesses(py, reference, duration, dt)
     }
 
-    /// Limits of the joints, (n,) each, infinite for none: lower, upper [rad or m], velocity [rad/s or m/s], effort
-    /// [N·m or N].
+    /// Limits, (n,) each, infinite for none: lower, upper [rad], velocity [rad/s], effort [N·m].
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -287,7 +288,7 @@ impl PySerial {
         self.arm.friction(py, dq)
     }
 
-    /// s(q, dq) [N·m], (n,): what drives the joints on into their stops; part of inverse and forward dynamics.
+    /// s(q, dq) [N·m], (n,), what drives the joints into their stops; part of the dynamics.
     fn stops<'py>(
         &self,
         py: Python<'py>,
@@ -346,7 +347,7 @@ impl PySerial {
         self.arm.slotine_li(py, [q, dq, dq_r, ddq_r])
     }
 
-    /// Y(q, dq, ddq), (n, 10n): Y times the inertial parameters is the torque without friction, stops and armature.
+    /// Y(q, dq, ddq), (n, 10n): Y π is the torque without friction, stops and armature.
     fn regressor<'py>(
         &self,
         py: Python<'py>,
@@ -357,7 +358,8 @@ impl PySerial {
         self.arm.regressor(py, [q, dq, ddq])
     }
 
-    /// π, (10n,): m, m c, and the moments xx, xy, yy, xz, yz, zz about the frame's origin, link after link.
+    /// π, (10n,): m, m c, and the moments xx, xy, yy, xz, yz, zz about the frame's origin, link
+    /// after link.
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         self.arm.inertial_parameters(py)
     }
@@ -382,7 +384,7 @@ impl PySerial {
         matrices(py, self.arm.link_poses(q)?.iter().flat_map(homogeneous).collect(), 4)
     }
 
-    /// Jacobian of the tip in the axes of the base, (6, n): dq to its velocity [m/s] and angular velocity [rad/s].
+    /// Jacobian of the tip in the base's axes, (6, n): dq to its velocity and angular velocity.
     fn jacobian<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
         self.arm.jacobian(py, q)
     }

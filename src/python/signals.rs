@@ -13,10 +13,11 @@ use crate::reference::{Harmonic, Quintic, Sines, Table};
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 type Arguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
-/// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a disturbance [N·m].
+/// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a
+/// disturbance [N·m].
 ///
-/// frequency [rad/s]: (K,), with sin and cos (K, n); or a scalar, with sin and cos scalar or (n,). offset: scalar or
-/// (n,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// frequency [rad/s]: (K,), with sin and cos (K, n); or a scalar, with sin and cos scalar or (n,).
+/// offset: scalar or (n,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
 #[pyclass(name = "Sines", module = "steadyarm", frozen)]
 pub(super) struct PySines {
     pub joints: Option<usize>,
@@ -167,9 +168,11 @@ impl PySines {
     }
 }
 
-/// From start to goal [rad] along the quintic of least jerk, in `duration` [s] from `start_time` [s] on.
+/// From start to goal [rad] along the quintic of least jerk, in `duration` [s] from `start_time`
+/// [s] on.
 ///
-/// start, goal: scalar or (n,). It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// start, goal: scalar or (n,). It rests before and after. Calling it with t [s] gives (q_d, dq_d,
+/// ddq_d).
 #[pyclass(name = "Quintic", module = "steadyarm", frozen)]
 pub(super) struct PyQuintic {
     pub joints: Option<usize>,
@@ -241,8 +244,9 @@ impl PyQuintic {
 
 /// A sampled motion, interpolated with continuous acceleration.
 ///
-/// t (T,) [s], increasing; q (T, n) [rad]; dq [rad/s] and ddq [rad/s²] (T, n), both or neither: they then come from
-/// q. It rests before and after. Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// t (T,) [s], increasing; q (T, n) [rad]; dq [rad/s] and ddq [rad/s²] (T, n), both or neither:
+/// they then come from q. It rests before and after. Calling it with t [s] gives (q_d, dq_d,
+/// ddq_d).
 #[pyclass(name = "Table", module = "steadyarm", frozen)]
 pub(super) struct PyTable {
     pub joints: usize,

@@ -23,10 +23,11 @@ use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolera
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the actuators.
+/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the
+/// actuators.
 ///
-/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table, or a callable
-/// (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
+/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table,
+/// or a callable (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
 #[pyclass(name = "Plant", module = "steadyarm", frozen)]
 pub(super) struct PyPlant {
     planted: Box<dyn Planted>,
@@ -66,8 +67,8 @@ impl PyPlant {
         array1(py, self.planted.effort_limit())
     }
 
-    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One step of RK4, with friction
-    /// and stops solved for where RK4 would be unstable.
+    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One
+    /// step of RK4, with friction and stops solved for where RK4 would be unstable.
     fn step<'py>(
         &self,
         py: Python<'py>,
@@ -118,8 +119,9 @@ impl Settings<'_, '_> {
     }
 }
 
-/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the state that the run
-/// started in, the parts of a tracker in the state that it ended in, and what a callback raised.
+/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the
+/// state that the run started in, the parts of a tracker in the state that it ended in, and what a
+/// callback raised.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
     record_every, record, progress))]
@@ -230,7 +232,8 @@ fn declared(channel: &Channel) -> Declared {
     (name, unit, width == Width::Joints, doc)
 }
 
-/// A run as a dict: its status and certificate, the `columns` of every record by name, and its `own` with what they are.
+/// A run as a dict: its status and certificate, the `columns` of every record by name, and its
+/// `own` with what they are.
 fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     dict.set_item("status", status(&run))?;
@@ -283,7 +286,8 @@ fn figures<'py>(py: Python<'py>, certificate: &Certificate) -> PyResult<Bound<'p
     Ok(figures)
 }
 
-/// The figures of every joint over a window, as a dict of lists; those of the torque are empty without one.
+/// The figures of every joint over a window, as a dict of lists; those of the torque are empty
+/// without one.
 #[pyfunction]
 pub(super) fn metrics<'py>(
     py: Python<'py>,

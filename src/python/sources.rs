@@ -97,8 +97,8 @@ impl Callback {
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
     }
 
-    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of a cycle can, and a class
-    /// that holds this needs no `__clear__`.
+    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of
+    /// a cycle can, and a class that holds this needs no `__clear__`.
     pub fn traverse(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         visit.call(&self.function)
     }
@@ -108,7 +108,8 @@ impl Callback {
         self.raised.lock().ok()?.take()
     }
 
-    /// Calls the function, unless it raised before: the integrator's remaining stages ask once more.
+    /// Calls the function, unless it raised before: the integrator's remaining stages ask once
+    /// more.
     fn call<T>(&self, failed: T, body: impl FnOnce(&Bound<'_, PyAny>) -> PyResult<T>) -> T {
         if self.raised.lock().is_ok_and(|raised| raised.is_some()) {
             return failed;
@@ -204,8 +205,8 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
     })
 }
 
-/// [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each, for a controller with this nominal arm that was at
-/// (q, dq), (T, n) each.
+/// [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each, for a controller with this
+/// nominal arm that was at (q, dq), (T, n) each.
 ///
 /// What a callable raises, and ValueError where it returns what is not finite.
 #[pyfunction]

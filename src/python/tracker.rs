@@ -17,11 +17,12 @@ use super::{saving, value_error};
 
 type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
-/// Computed torque for the nominal arm, τ = M₀(v - ρ̂) + H₀ with v = ddq_d - K_v de - K_p e (eqs. 7, 11, 12).
+/// Computed torque for the nominal arm, τ = M₀(v - ρ̂) + H₀ with v = ddq_d - K_v de - K_p e (eqs.
+/// 7, 11, 12).
 ///
-/// arm: TwoLink or Serial, of n joints. kp [1/s²], kv [1/s]: scalar or (n,), > 0. compensator: FuzzyCompensator, or None
-/// for ρ̂ = 0. effort_limit [N·m], effort_rate_limit [N·m/s]: scalar or (n,); none by default. The object holds the state:
-/// weights, last torque, number of steps.
+/// arm: TwoLink or Serial, of n joints. kp [1/s²], kv [1/s]: scalar or (n,), > 0. compensator:
+/// FuzzyCompensator, or None for ρ̂ = 0. effort_limit [N·m], effort_rate_limit [N·m/s]: scalar or
+/// (n,); none by default. The object holds the state: weights, last torque, number of steps.
 #[pyclass(name = "ComputedTorque", module = "steadyarm")]
 pub(super) struct PyComputedTorque {
     arguments: Py<PyAny>,
@@ -85,7 +86,8 @@ impl PyComputedTorque {
 
     /// One sample: the torque [N·m], (n,), to hold for dt [s]; adapts the weights.
     ///
-    /// q, q_d [rad], dq, dq_d [rad/s], ddq_d [rad/s²]: (n,). A sample that is refused (ValueError) changes nothing.
+    /// q, q_d [rad], dq, dq_d [rad/s], ddq_d [rad/s²]: (n,). A sample that is refused (ValueError)
+    /// changes nothing.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn step<'py>(
@@ -101,7 +103,8 @@ impl PyComputedTorque {
         self.tracked.step(py, [q, dq, q_d, dq_d, ddq_d], dt)
     }
 
-    /// Forget everything: weights, prior, last torque, count of steps. As a new one, to the bit, and not frozen.
+    /// Forget everything: weights, prior, last torque, count of steps. As a new one, to the bit,
+    /// and not frozen.
     fn reset(&mut self) {
         self.tracked.reset();
     }
@@ -167,8 +170,8 @@ impl PyComputedTorque {
         self.tracked.p().map(|p| owned2(py, p, 2 * self.tracked.joints())).transpose()
     }
 
-    /// W, (n, rules), a copy; None without a compensator; TypeError in the kernel form, which has none. Assign to set it:
-    /// adaptation goes on from there.
+    /// W, (n, rules), a copy; None without a compensator; TypeError in the kernel form, which has
+    /// none. Assign to set it: adaptation goes on from there.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
         if self.compensator(py)?.is_none() {
@@ -189,8 +192,8 @@ impl PyComputedTorque {
 
     /// The kernel form's dictionary in figures; None for any other compensator, and without one.
     ///
-    /// atoms, capacity; merged: terms that went into an atom that was there; dropped: atoms that went because it was full;
-    /// error_bound (n,): of |W - W_exact|, what both lost [rad/s²].
+    /// atoms, capacity; merged: terms that went into an atom that was there; dropped: atoms that
+    /// went because it was full; error_bound (n,): of |W - W_exact|, what both lost [rad/s²].
     #[getter]
     fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         self.tracked.dictionary(py)
@@ -223,15 +226,16 @@ impl PyComputedTorque {
         self.restore(bytes.as_bytes()).map_err(value_error)
     }
 
-    /// Write what the controller remembers (weights, last torque, steps) to a file, which is replaced as a whole.
+    /// Write what the controller remembers (weights, last torque, steps) to a file, which is
+    /// replaced as a whole.
     fn save(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
         // Not borrowed while the disk is waited for: other threads may step it.
         let saved = slf.try_borrow()?.__getstate__(slf.py());
         saving::write(&path, &saved)
     }
 
-    /// Read what `save` wrote; the next torques are then the same to the bit. Raises ValueError, with nothing changed,
-    /// for a damaged file or one of another controller.
+    /// Read what `save` wrote; the next torques are then the same to the bit. Raises ValueError,
+    /// with nothing changed, for a damaged file or one of another controller.
     fn load(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
         let bytes = saving::read(slf.py(), &path)?;
         slf.try_borrow_mut()?.restore(bytes.as_bytes()).map_err(|error| {

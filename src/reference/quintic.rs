@@ -1,4 +1,5 @@
-//! Point to point by the quintic of least jerk: `q_d = q₀ + (q₁ − q₀)(10s³ − 15s⁴ + 6s⁵)`, `s = (t − t₀)/T` in [0, 1].
+//! Point to point by the quintic of least jerk: `q_d = q₀ + (q₁ − q₀)(10s³ − 15s⁴ + 6s⁵)`,
+//! `s = (t − t₀)/T` in [0, 1].
 //!
 //! Source: T. Flash, N. Hogan, "The coordination of arm movements", J. Neurosci. 5 (1985).
 
@@ -6,7 +7,8 @@ use super::{Reference, Setpoint};
 use crate::error::{Result, finite, positive, within};
 use crate::math::Vector;
 
-/// A motion from `start` to `goal` that holds still before and after. Velocity and acceleration are continuous.
+/// A motion from `start` to `goal` that holds still before and after. Velocity and acceleration are
+/// continuous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quintic<const N: usize> {
     start: Vector<N>,
@@ -22,8 +24,8 @@ impl<const N: usize> Quintic<N> {
     /// From `start` [rad], leaving at `start_time` [s], to `goal` [rad], `duration` [s] > 0 later.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `start`, `goal`, `start_time` or `duration`; the last one too if the move is so
-    /// short that its acceleration overflows.
+    /// `NotFinite` or `OutOfRange`, naming `start`, `goal`, `start_time` or `duration`; the last
+    /// one too if the move is so short that its acceleration overflows.
     pub fn new(start: [f64; N], goal: [f64; N], start_time: f64, duration: f64) -> Result<Self> {
         finite("start", &start)?;
         finite("goal", &goal)?;

@@ -1,4 +1,5 @@
-//! Sums of sines: `q_d(t) = o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)`, the paper's reference and its disturbance (section 4).
+//! Sums of sines: `q_d(t) = o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)`, the paper's reference and its
+//! disturbance (section 4).
 
 use super::{Reference, Setpoint};
 use crate::error::{Result, finite};
@@ -15,9 +16,11 @@ pub struct Harmonic<const N: usize> {
     pub cos: [f64; N],
 }
 
-/// `o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)` with its exact derivatives. Used as a disturbance, its unit is N·m.
+/// `o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)` with its exact derivatives. Used as a disturbance, its unit
+/// is N·m.
 ///
-/// The harmonics live in an array, a slice or a `Vec`; each costs one sine and cosine, so give every frequency once.
+/// The harmonics live in an array, a slice or a `Vec`; each costs one sine and cosine, so give
+/// every frequency once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sines<const N: usize, T> {
     offset: Vector<N>,
@@ -28,8 +31,9 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
     /// Checks the numbers, and that no value, velocity or acceleration can overflow.
     ///
     /// # Errors
-    /// `NotFinite`, naming `offset`, `harmonics.frequency` (index k), `harmonics.sin` or `harmonics.cos` (index k N + i
-    /// of harmonic k and joint i); or `acceleration` (index i) if amplitudes and frequencies overflow together.
+    /// `NotFinite`, naming `offset`, `harmonics.frequency` (index k), `harmonics.sin` or
+    /// `harmonics.cos` (index k N + i of harmonic k and joint i); or `acceleration` (index i) if
+    /// amplitudes and frequencies overflow together.
     pub fn new(offset: [f64; N], harmonics: T) -> Result<Self> {
         finite("offset", &offset)?;
         for (k, harmonic) in harmonics.as_ref().iter().enumerate() {

@@ -1,11 +1,13 @@
-//! A sampled motion: between the samples at tₖ and tₖ₊₁ = tₖ + h runs the quintic Hermite polynomial, with x = t − tₖ, s = x/h,
+//! A sampled motion: between the samples at tₖ and tₖ₊₁ = tₖ + h runs the quintic Hermite
+//! polynomial, with x = t − tₖ, s = x/h,
 //!
 //! ```text
 //! q_d = q + q̇ x + q̈ x²/2 + s³ (c₃ + c₄ s + c₅ s²)
 //! c₃ = 10r − 4r' + r''/2    c₄ = −15r + 7r' − r''    c₅ = 6r − 3r' + r''/2
 //! ```
 //!
-//! where r, r' h⁻¹, r'' h⁻² are what the parabola q + q̇ x + q̈ x²/2 misses at the next sample in value and derivatives.
+//! where r, r' h⁻¹, r'' h⁻² are what the parabola q + q̇ x + q̈ x²/2 misses at the next sample in
+//! value and derivatives.
 
 use super::{Reference, Setpoint};
 use crate::error::{Error, Result, finite, length, within};
@@ -15,8 +17,9 @@ const TOO_CLOSE: &str = "a step whose velocity and acceleration are finite";
 
 /// Samples of a motion at increasing times, interpolated with continuous velocity and acceleration.
 ///
-/// It passes through every sample; in between, a smooth motion is met to order h⁶ in q, h⁵ in q̇, h⁴ in q̈. Before the first
-/// and after the last sample it stands still at that position. Finding the interval takes log₂(samples) comparisons.
+/// It passes through every sample; in between, a smooth motion is met to order h⁶ in q, h⁵ in q̇,
+/// h⁴ in q̈. Before the first and after the last sample it stands still at that position. Finding
+/// the interval takes log₂(samples) comparisons.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Table<const N: usize, T> {
     t: T,
@@ -26,11 +29,13 @@ pub struct Table<const N: usize, T> {
 }
 
 impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
-    /// Times `t` [s]; `q` [rad], `dq` [rad/s], `ddq` [rad/s²] hold the `N` joints of sample 0, then of sample 1, and so on.
+    /// Times `t` [s]; `q` [rad], `dq` [rad/s], `ddq` [rad/s²] hold the `N` joints of sample 0, then
+    /// of sample 1, and so on.
     ///
     /// # Errors
-    /// `OutOfRange` naming `t` for fewer than two samples (got = their number), for a time that does not increase, and for a
-    /// step so short or long that the interpolation overflows; `WrongLength` or `NotFinite` naming `t`, `q`, `dq` or `ddq`.
+    /// `OutOfRange` naming `t` for fewer than two samples (got = their number), for a time that
+    /// does not increase, and for a step so short or long that the interpolation overflows;
+    /// `WrongLength` or `NotFinite` naming `t`, `q`, `dq` or `ddq`.
     pub fn new(t: T, q: T, dq: T, ddq: T) -> Result<Self> {
         check_times(t.as_ref())?;
         let samples = t.as_ref().len();
@@ -121,8 +126,9 @@ impl<const N: usize, T: AsRef<[f64]>> Reference<N> for Table<N, T> {
 
 #[cfg(feature = "std")]
 impl<const N: usize> Table<N, Vec<f64>> {
-    /// A table from positions alone: q̇ and q̈ of the cubic through each sample and its three nearest neighbours in the order
-    /// of time, on any grid. Their errors are of order h³ and h² (h² and h with three samples; two give a straight line).
+    /// A table from positions alone: q̇ and q̈ of the cubic through each sample and its three
+    /// nearest neighbours in the order of time, on any grid. Their errors are of order h³ and h²
+    /// (h² and h with three samples; two give a straight line).
     ///
     /// # Errors
     /// As [`Table::new`], naming `t` or `q`.
@@ -144,8 +150,8 @@ impl<const N: usize> Table<N, Vec<f64>> {
     }
 }
 
-/// First and second derivative at t\[k\] of the Newton polynomial through up to four samples around it,
-/// `p = d₀ + d₁(t − t₀) + d₂(t − t₀)(t − t₁) + d₃(t − t₀)(t − t₁)(t − t₂)`.
+/// First and second derivative at t\[k\] of the Newton polynomial through up to four samples around
+/// it, `p = d₀ + d₁(t − t₀) + d₂(t − t₀)(t − t₁) + d₃(t − t₀)(t − t₁)(t − t₂)`.
 #[cfg(feature = "std")]
 fn derivatives(t: &[f64], value: impl Fn(usize) -> f64, k: usize) -> (f64, f64) {
     let count = t.len().min(4);

@@ -56,8 +56,8 @@ impl JointSolution {
     }
 }
 
-/// The stabilising solution for the gains `kp` [1/s²] > 0 and `kv` [1/s] > 0, Q = diag(`q1`, `q2`) ≥ 0 and `gamma` > 0 (∞ gives
-/// the Lyapunov equation).
+/// The stabilising solution for the gains `kp` [1/s²] > 0 and `kv` [1/s] > 0, Q = diag(`q1`,
+/// `q2`) ≥ 0 and `gamma` > 0 (∞ gives the Lyapunov equation).
 ///
 /// # Errors
 /// `NotFinite`, `OutOfRange`, or `NoStabilizingSolution` unless both radicands are > 0.

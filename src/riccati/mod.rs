@@ -111,7 +111,8 @@ pub fn gamma_opt<const S: usize, const M: usize>(
 ///
 /// # Errors
 /// `NotFinite`, `NotSymmetric`, `NotPositive` (r), `NotStabilizable` (b), `ModeOnAxis` (q) where no
-/// solution is stabilising, `NoConvergence` if the problem is too badly scaled to certify an answer.
+/// solution is stabilising, `NoConvergence` if the problem is too badly scaled to certify an
+/// answer.
 pub fn care<const S: usize, const M: usize>(
     a: &Matrix<S>,
     b: &SMatrix<f64, S, M>,

@@ -1,5 +1,5 @@
-//! What every description must be, whatever it was read from: links that an arm takes, with names of their own. What is
-//! asked of a link stands with the arm; here it gets words and names.
+//! What every description must be, whatever it was read from: links that an arm takes, with names
+//! of their own. What is asked of a link stands with the arm; here it gets words and names.
 
 use std::collections::BTreeSet;
 
@@ -22,8 +22,8 @@ impl From<Refusal> for ReadError {
     }
 }
 
-/// Takes the links as the description's `unphysical` has it, and says in `notes` what no body is; refuses what no arm can
-/// have.
+/// Takes the links as the description's `unphysical` has it, and says in `notes` what no body is;
+/// refuses what no arm can have.
 pub(super) fn take(description: &mut Description) -> Result<(), Refusal> {
     let of_arm = |message| Refusal { joint: None, of_body: false, message };
     if description.joints.is_empty() {

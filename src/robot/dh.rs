@@ -5,7 +5,8 @@
 //! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)        frame i on joint i; row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
 //! ```
 //!
-//! A link of ours has its frame on its joint, so a standard table's mass distributions are moved by T_x(a) R_x(α).
+//! A link of ours has its frame on its joint, so a standard table's mass distributions are moved by
+//! T_x(a) R_x(α).
 //! Sources: Denavit and Hartenberg 1955; Craig, Introduction to Robotics, 3rd ed., eq. 3.6.
 
 use nalgebra::Vector3;
@@ -25,7 +26,8 @@ pub enum Convention {
     Modified,
 }
 
-/// A row of the table, with what moves. The default is a massless revolute joint without friction or limits.
+/// A row of the table, with what moves. The default is a massless revolute joint without friction
+/// or limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DhRow {
     /// How the joint moves: one that turns adds q to θ, a prismatic one to d.
@@ -65,8 +67,8 @@ impl Default for DhRow {
 }
 
 impl Description {
-    /// The arm of a Denavit-Hartenberg table. Joints and links are called `joint1`, `link1` and so on; the tip is the
-    /// table's last frame.
+    /// The arm of a Denavit-Hartenberg table. Joints and links are called `joint1`, `link1` and so
+    /// on; the tip is the table's last frame.
     ///
     /// # Errors
     /// If there is no row, a number is not finite, or a mass distribution is one that no body has.
@@ -79,7 +81,8 @@ impl Description {
         Self::from_dh_taking(name, rows, convention, gravity, Unphysical::Refuse)
     }
 
-    /// [`Description::from_dh`], with a say in what is done about a mass distribution that no body has.
+    /// [`Description::from_dh`], with a say in what is done about a mass distribution that no body
+    /// has.
     ///
     /// # Errors
     /// As there, but for what is to be taken.

@@ -34,8 +34,8 @@ pub(super) struct Accepted<const N: usize> {
     pub next_h: f64,
 }
 
-/// Tries steps of Dormand-Prince from `t`, first of length `h`, none beyond `end`, until one meets the tolerance; `None` if
-/// none does.
+/// Tries steps of Dormand-Prince from `t`, first of length `h`, none beyond `end`, until one meets
+/// the tolerance; `None` if none does.
 ///
 /// Stage 0 is already in `rates`; `acceleration` is told the stage, its time and the motion there.
 #[inline]
@@ -57,7 +57,8 @@ pub(super) fn attempt<const N: usize>(
     })
 }
 
-/// The same for steps in which friction is solved for: `step` makes one of the length that it is told, up to the time.
+/// The same for steps in which friction is solved for: `step` makes one of the length that it is
+/// told, up to the time.
 pub(super) fn attempt_stiff<const N: usize>(
     (t, h, end): (f64, f64, f64),
     start: &Motion<N>,

@@ -5,7 +5,8 @@
 //! ∫ xᵀQx dt ≤ V(0) + γ² ∫ |ε|² dt
 //! ```
 //!
-//! The first line is exact for the law as implemented; the second is what the theorem really promises.
+//! The first line is exact for the law as implemented; the second is what the theorem really
+//! promises.
 //!
 //! Any sign slip in the law, in P or in B breaks the identity by as much as it moves V.
 
@@ -20,7 +21,8 @@ pub struct Certificate {
     pub v_end: f64,
     /// ∫ (2 s·ρ − loss) dt.
     pub supplied: f64,
-    /// ∫ (xᵀQx + |s/c − cε|² + c²|ε|²) dt with c = min(γ, 1), finite for every γ: what the residual is relative to.
+    /// ∫ (xᵀQx + |s/c − cε|² + c²|ε|²) dt with c = min(γ, 1), finite for every γ: what the residual
+    /// is relative to.
     pub turnover: f64,
     /// ∫ xᵀQx dt.
     pub state_cost: f64,

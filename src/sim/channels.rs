@@ -66,9 +66,9 @@ pub(super) fn room<T>(rows: usize) -> Result<Vec<T>, TryReserveError> {
 
 /// Declares the signals of a record, group by group, and with them the record.
 ///
-/// A group has the [`Record`](super::Record) that it enters, and the function that adds a row of it,
-/// from its arguments. A signal is `field: cell, "unit", "doc" = value;` with a cell of `f64` or
-/// `[f64; N]`; its name is that of the field, unless `as "name"` says another.
+/// A group has the [`Record`](super::Record) that it enters, and the function that adds a row of
+/// it, from its arguments. A signal is `field: cell, "unit", "doc" = value;` with a cell of `f64`
+/// or `[f64; N]`; its name is that of the field, unless `as "name"` says another.
 macro_rules! record {
     (
         $(#[$meta:meta])*

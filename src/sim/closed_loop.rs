@@ -17,7 +17,8 @@ pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     plant: &'a Plant<N, A, D>,
     pub(super) controller: &'a Controller<N, L, C>,
     reference: &'a R,
-    /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on the time alone.
+    /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on
+    /// the time alone.
     latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,
     /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
@@ -184,8 +185,9 @@ where
         self.evaluate(state, stage, t, motion).1
     }
 
-    /// The loop and q̈ at a stage. Inlined, as all that it calls on the way, so that a stage computes only what its caller
-    /// uses, and its numbers stay in registers: returned through memory one by one, they could not be read soon as one.
+    /// The loop and q̈ at a stage. Inlined, as all that it calls on the way, so that a stage
+    /// computes only what its caller uses, and its numbers stay in registers: returned through
+    /// memory one by one, they could not be read soon as one.
     #[inline(always)]
     pub(super) fn evaluate<S>(
         &mut self,
@@ -310,8 +312,8 @@ where
         self.controller.compensator.advance(state, end)
     }
 
-    /// Makes the last stage of the step that was just taken, remembered, the start of the next, where q̈ = `ddq`; `None` if
-    /// that must be evaluated again.
+    /// Makes the last stage of the step that was just taken, remembered, the start of the next,
+    /// where q̈ = `ddq`; `None` if that must be evaluated again.
     pub(super) fn carry<S>(
         &mut self,
         state: &mut S,
@@ -347,8 +349,8 @@ where
         }
     }
 
-    /// The same for a step that [`finish`](Self::finish) made. What friction did entered V with weights of its own; at the end of
-    /// the step it waits for [`settle`](Self::settle).
+    /// The same for a step that [`finish`](Self::finish) made. What friction did entered V with
+    /// weights of its own; at the end of the step it waits for [`settle`](Self::settle).
     pub(super) fn certify_step(&self, h: f64, certificate: &mut Certificate) {
         self.certify(&RK4, h, certificate);
         if self.last_braking.is_some() {
@@ -359,7 +361,8 @@ where
         }
     }
 
-    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s], from the loop `at` that end.
+    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s],
+    /// from the loop `at` that end.
     #[inline]
     pub(super) fn settle(&mut self, at: &Evaluation<N>, h: f64, certificate: &mut Certificate) {
         if let (Some(audit), Some(braking)) = (&at.audit, self.last_braking.take()) {

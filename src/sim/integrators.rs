@@ -1,5 +1,6 @@
-//! Runge-Kutta steps of a second-order system q̈ = f(t, q, q̇): classical RK4, and Dormand-Prince 5(4) with its
-//! error estimate and dense output (Hairer, Nørsett, Wanner, Solving ODEs I, table II.5.2; Shampine 1986).
+//! Runge-Kutta steps of a second-order system q̈ = f(t, q, q̇): classical RK4, and Dormand-Prince
+//! 5(4) with its error estimate and dense output (Hairer, Nørsett, Wanner, Solving ODEs I, table
+//! II.5.2; Shampine 1986).
 
 use crate::control::Stage;
 use crate::math::{Vector, sqrt};
@@ -143,8 +144,8 @@ impl<const N: usize> Motion<N> {
         Self { q: Vector::zeros(), dq: Vector::zeros() }
     }
 
-    /// y + h Σ cᵢ kᵢ, position and velocity one after the other: in one sum, the compiler reads half of each as a register,
-    /// which stalls when both were just written.
+    /// y + h Σ cᵢ kᵢ, position and velocity one after the other: in one sum, the compiler reads
+    /// half of each as a register, which stalls when both were just written.
     #[inline]
     pub fn plus(&self, h: f64, coefficients: &[f64], rates: &[Self]) -> Self {
         let sum = |part: fn(&Self) -> &Vector<N>| {
@@ -191,7 +192,8 @@ pub struct Tolerance {
 }
 
 impl<const S: usize> Tableau<S> {
-    /// Evaluates the stages from `first` on: `rates[i] = (q̇ᵢ, acceleration(stage, motion at the stage))`.
+    /// Evaluates the stages from `first` on: `rates[i] = (q̇ᵢ, acceleration(stage, motion
+    /// at the stage))`.
     #[inline]
     pub fn stages<const N: usize>(
         &self,

@@ -12,7 +12,8 @@ pub struct Metrics {
     pub max_abs_e: f64,
     /// ∫ t |e| dt, t from the start of the window [rad·s²].
     pub itae: f64,
-    /// Time from the start of the window after which |e| stays within the band [s]; infinite if it never does.
+    /// Time from the start of the window after which |e| stays within the band [s]; infinite if it
+    /// never does.
     pub settling_time: f64,
     /// Root mean square of τ [N·m]; NaN, like all figures of τ, where it was not recorded.
     pub rms_tau: f64,
@@ -33,7 +34,8 @@ pub struct Window {
     pub band: f64,
 }
 
-/// The figures of joint `n`, from times, errors and torques of equal length; no torques where they were not recorded.
+/// The figures of joint `n`, from times, errors and torques of equal length; no torques where they
+/// were not recorded.
 ///
 /// # Errors
 /// `window`: holds no sample. `e`: not as long as `t`, as in a record of the motion alone.

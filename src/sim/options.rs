@@ -28,8 +28,9 @@ pub enum Record {
     /// All of them.
     #[default]
     All,
-    /// Position and velocity; [`Run::add_reference`](super::Run::add_reference) adds the desired motion and the error
-    /// afterwards. A row of an error-controlled run then needs its dense output alone, no evaluation of the loop.
+    /// Position and velocity; [`Run::add_reference`](super::Run::add_reference) adds the desired
+    /// motion and the error afterwards. A row of an error-controlled run then needs its dense
+    /// output alone, no evaluation of the loop.
     Motion,
 }
 
@@ -42,7 +43,8 @@ pub struct Options<const N: usize> {
     pub dt: f64,
     /// Integrator.
     pub method: Method,
-    /// Period of a sampled controller that holds its torque [s]; `None`: it acts in continuous time.
+    /// Period of a sampled controller that holds its torque [s]; `None`: it acts in continuous
+    /// time.
     pub control_period: Option<f64>,
     /// Initial position [rad].
     pub q0: [f64; N],

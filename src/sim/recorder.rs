@@ -82,7 +82,8 @@ impl<const N: usize> Recorder<N> {
         self.record == Record::All
     }
 
-    /// Takes row k, which was found healthy, if it is due; `own` writes that of the compensator's own signals.
+    /// Takes row k, which was found healthy, if it is due; `own` writes that of the compensator's
+    /// own signals.
     #[inline]
     pub fn take(&mut self, k: usize, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         if self.due(k) {

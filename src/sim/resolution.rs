@@ -1,4 +1,5 @@
-//! How well the steps of a run follow the motion: the sum of their estimated errors, and what they could not follow.
+//! How well the steps of a run follow the motion: the sum of their estimated errors, and what they
+//! could not follow.
 
 use super::doubt::{Coarse, Doubt};
 use super::integrators::Motion;
@@ -8,8 +9,9 @@ use crate::math::Vector;
 /// A run whose steps are off by more than this in sum is told so [rad or m].
 const MOST_ERROR: f64 = 1e-3;
 
-/// A run that diverges did so for its steps if one of them was off by more than this share of the way that it went, the first
-/// one off by more than the bound above. What really runs away is followed well until it is far away.
+/// A run that diverges did so for its steps if one of them was off by more than this share of the
+/// way that it went, the first one off by more than the bound above. What really runs away is
+/// followed well until it is far away.
 const ASTRAY: f64 = 0.01;
 
 /// The errors of the steps so far.
@@ -59,8 +61,9 @@ impl<const N: usize> Resolution<N> {
         }
     }
 
-    /// The sum of the errors of all steps, of the joint where it is largest. RK4's own error is below the estimate, which is of
-    /// order 3: by about the share of the estimate in the change of velocity, as both fall with the step.
+    /// The sum of the errors of all steps, of the joint where it is largest. RK4's own error is
+    /// below the estimate, which is of order 3: by about the share of the estimate in the change of
+    /// velocity, as both fall with the step.
     fn sum(&self) -> f64 {
         let estimate = self.smooth_sums.max();
         let share = if self.swing > 0.0 { (estimate / self.swing).min(1.0) } else { 1.0 };

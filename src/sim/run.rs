@@ -53,7 +53,8 @@ record! {
     also {
         /// Why the run ended.
         status: Status = Status::Finished;
-        /// The dissipation identity; `None` in sampled control or without a compensator that has a proof.
+        /// The dissipation identity; `None` in sampled control or without a compensator that has a
+        /// proof.
         certificate: Option<Certificate> = None;
     }
 }
@@ -78,15 +79,17 @@ impl<const N: usize> Run<N> {
         record: Record,
         own: &[Channel],
     ) -> Result<Self, TryReserveError> {
-        // Asked for and given back at once: allocators that return a large block to the system when it is freed, to be
-        // zeroed page by page for the next run, keep blocks as large as one that was freed before.
+        // Asked for and given back at once: allocators that return a large block to the system when
+        // it is freed, to be zeroed page by page for the next run, keep blocks as large as one that
+        // was freed before.
         let whole = room::<u8>(rows.saturating_mul(Self::row_bytes(record, own)))?;
         drop(black_box(whole));
         Self::with_room(rows, record, own)
     }
 
-    /// Adds the desired motion and the error to a record of the motion alone, from the run's `reference` at the times of its
-    /// rows: the same as in a record of all signals. `wraps` are the controller's, `controller.law.wraps()`.
+    /// Adds the desired motion and the error to a record of the motion alone, from the run's
+    /// `reference` at the times of its rows: the same as in a record of all signals. `wraps` are
+    /// the controller's, `controller.law.wraps()`.
     pub fn add_reference<R: Reference<N>>(&mut self, reference: &R, wraps: &[bool; N]) {
         for k in self.q_d.len()..self.t.len() {
             let (q, dq) = (self.q[k].into(), self.dq[k].into());

@@ -1,4 +1,5 @@
-//! Sampled control: the controller steps once a period and its torque is held while the plant moves on.
+//! Sampled control: the controller steps once a period and its torque is held while the plant moves
+//! on.
 
 use core::ops::ControlFlow;
 
@@ -18,8 +19,8 @@ use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
-/// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with friction and stops solved for
-/// where RK4 would be unstable.
+/// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with
+/// friction and stops solved for where RK4 would be unstable.
 pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     plant: &Plant<N, A, D>,
     motion: &Motion<N>,
@@ -75,7 +76,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` [s] from time `t`, in parts where friction changes the velocity too much for one.
+    /// One step of length `h` [s] from time `t`, in parts where friction changes the velocity too
+    /// much for one.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         let Some(laws) = &self.laws else {
             return self.part(Started::Smooth(self.acceleration(motion, t)), motion, t, h);
@@ -116,7 +118,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         .0
     }
 
-    /// The motion at `end` [s], by steps under error control, first one of `h` [s]; `None` if none met the tolerance.
+    /// The motion at `end` [s], by steps under error control, first one of `h` [s]; `None` if none
+    /// met the tolerance.
     fn glide(
         &self,
         start: &Motion<N>,
@@ -167,8 +170,9 @@ enum Started<'a, const N: usize> {
 
 /// The parts that a step of `h` [s] is to be taken in, and what even these cannot follow.
 ///
-/// A torque that is held all the step leaves 1 − R of a velocity where 1 − e^(−x) is right, x = h b/m. A loop that cancels
-/// viscous friction adds up the difference: so many parts that it stays below 0.4 %. Nearly all joints need one.
+/// A torque that is held all the step leaves 1 − R of a velocity where 1 − e^(−x) is right, x = h
+/// b/m. A loop that cancels viscous friction adds up the difference: so many parts that it stays
+/// below 0.4 %. Nearly all joints need one.
 fn parts<const N: usize>(
     posed: &Posed<N>,
     laws: &[Resistance; N],

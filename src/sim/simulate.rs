@@ -17,15 +17,15 @@ use crate::reference::Reference;
 
 /// Simulates the closed loop and records it.
 ///
-/// `state` is the controller's and ends as the run left it. `monitor` is told the time [s] before every step and may
-/// break the run off. A run that cannot go on ends early: its [`Status`] says when and why, and what was recorded so far
-/// is returned.
+/// `state` is the controller's and ends as the run left it. `monitor` is told the time [s] before
+/// every step and may break the run off. A run that cannot go on ends early: its [`Status`] says
+/// when and why, and what was recorded so far is returned.
 ///
 /// # Errors
-/// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the controller acts in
-/// continuous time, where no step bounds the change. `record_every`: the record would take more than
-/// [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has. `channels`: a signal of the compensator's own has the
-/// name of another.
+/// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the
+/// controller acts in continuous time, where no step bounds the change. `record_every`: the record
+/// would take more than [`MAX_RECORD_BYTES`](super::MAX_RECORD_BYTES), or than memory has.
+/// `channels`: a signal of the compensator's own has the name of another.
 pub fn simulate<const N: usize, A, D, L, C, R, S>(
     plant: &Plant<N, A, D>,
     controller: &Controller<N, L, C>,

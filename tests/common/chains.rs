@@ -1,5 +1,5 @@
-//! Random chains, and a second model of them straight from Lagrange: link poses by Rodrigues' formula, M from the links'
-//! Jacobians. It shares no code with the crate's.
+//! Random chains, and a second model of them straight from Lagrange: link poses by Rodrigues'
+//! formula, M from the links' Jacobians. It shares no code with the crate's.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 use steadyarm::arm::{

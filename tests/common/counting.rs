@@ -1,4 +1,5 @@
-//! An allocator that counts the calls of each thread. A test file that includes this module runs under it.
+//! An allocator that counts the calls of each thread. A test file that includes this module runs
+//! under it.
 #![allow(unsafe_code)]
 
 use std::alloc::{GlobalAlloc, Layout, System};

@@ -1,5 +1,5 @@
-//! The scenes that tests and benches share: the paper's simulations, a compensator in each form, references;
-//! and two tools, a hash of bits and a small random generator.
+//! The scenes that tests and benches share: the paper's simulations, a compensator in each form,
+//! references; and two tools, a hash of bits and a small random generator.
 #![allow(dead_code, missing_docs, clippy::unwrap_used)]
 
 use std::ops::ControlFlow;

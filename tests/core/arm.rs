@@ -1,4 +1,5 @@
-//! Dynamics of an arm: the identities every rigid-body model obeys, the paper's numbers, and the refusals.
+//! Dynamics of an arm: the identities every rigid-body model obeys, the paper's numbers, and the
+//! refusals.
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -8,7 +9,8 @@ use steadyarm::{Error, Problem};
 
 /// Rounding of a dozen operations on numbers of size 1 to 1000.
 const ROUNDING: f64 = 1e-12;
-/// Central differences with a step of 1e-5: truncation ~1e-10, rounding ~1e-11, relative to the size of the derivative.
+/// Central differences with a step of 1e-5: truncation ~1e-10, rounding ~1e-11, relative to the
+/// size of the derivative.
 const DIFFERENCE: f64 = 1e-7;
 const STEP: f64 = 1e-5;
 
@@ -147,7 +149,8 @@ proptest! {
     }
 }
 
-/// Energy balance E(T) − E(0) + ∫q̇ᵀf dt of an undriven swing of 2 s, by classic RK4 in `steps` steps [J].
+/// Energy balance E(T) − E(0) + ∫q̇ᵀf dt of an undriven swing of 2 s, by classic RK4 in `steps`
+/// steps [J].
 fn energy_error(arm: &TwoLink, steps: usize) -> f64 {
     type State = (Vector<2>, Vector<2>, f64);
     let rate = |(q, dq, _): &State| {

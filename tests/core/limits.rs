@@ -8,8 +8,8 @@ use steadyarm::arm::{
 use steadyarm::design::{Bound, check_limits};
 use steadyarm::reference::{Quintic, Setpoint};
 
-/// A wheel of 2 kg·m² about an upright axis, whose torque is 2 q̈, and a sled of 3 kg upright on it, whose force is
-/// 3 (s̈ + 9.81).
+/// A wheel of 2 kg·m² about an upright axis, whose torque is 2 q̈, and a sled of 3 kg upright on
+/// it, whose force is 3 (s̈ + 9.81).
 fn arm(limits: [JointLimits; 2]) -> Serial<2> {
     let moments = Matrix3::from_diagonal(&[2.0, 2.0, 2.0].into());
     let wheel = Inertia { mass: 1.0, com: Vector3::zeros(), moments };
@@ -32,7 +32,8 @@ fn close(got: f64, wanted: f64) {
     assert!((got - wanted).abs() < 1e-9 * wanted.abs().max(1.0), "got {got}, wanted {wanted}");
 }
 
-/// The quintic over D in T peaks at 15/8 D/T in the middle, and at 10/√3 D/T² where s = ½ − √3/6 (Flash and Hogan 1985).
+/// The quintic over D in T peaks at 15/8 D/T in the middle, and at 10/√3 D/T² where s = ½ − √3/6
+/// (Flash and Hogan 1985).
 #[test]
 fn quintic_that_is_too_fast_is_told_joint_time_and_size() {
     let arm = arm([limits(-2.0, 2.0, 3.0, 40.0), JointLimits::NONE]);

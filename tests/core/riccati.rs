@@ -1,4 +1,5 @@
-//! What the Riccati solvers refuse: one valid setup, one thing broken per test, the parameter named.
+//! What the Riccati solvers refuse: one valid setup, one thing broken per test, the parameter
+//! named.
 
 use nalgebra::SMatrix;
 use steadyarm::riccati::{

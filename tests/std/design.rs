@@ -22,7 +22,8 @@ fn report(controller: &Adaptive, conditions: &Conditions<'_>) -> Report<2> {
     Report::new(&controller.law.gains, &controller.compensator, conditions).unwrap()
 }
 
-/// Harmonics of `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` along the paper's reference, (amplitude, frequency) of a joint.
+/// Harmonics of `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` along the paper's reference, (amplitude,
+/// frequency) of a joint.
 fn uncertainty_along_the_reference(joint: usize) -> Vec<(f64, f64)> {
     let (nominal, actual) = (paper::nominal().unwrap(), paper::actual().unwrap());
     let (reference, disturbance) = (paper::reference().unwrap(), paper::disturbance().unwrap());

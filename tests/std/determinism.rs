@@ -1,4 +1,5 @@
-//! The same bits on every machine, with every instruction set, in every build: hashes of final states.
+//! The same bits on every machine, with every instruction set, in every build: hashes of final
+//! states.
 
 use crate::common::{self, Adaptive, adaptive, everything, fresh, hash, modified, on, weights};
 use steadyarm::arm::{
@@ -9,8 +10,8 @@ use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 
-/// FNV-1a of q, dq, W, V and tau at the end. They change with every change of the arithmetic, and with nothing else:
-/// when that is meant, copy them from the message of the failing test.
+/// FNV-1a of q, dq, W, V and tau at the end. They change with every change of the arithmetic, and
+/// with nothing else: when that is meant, copy them from the message of the failing test.
 const CONTINUOUS: u64 = 0x1802_cf8f_085f_b7af;
 const SAMPLED: u64 = 0x9db5_f6fc_810a_2f14;
 const ERROR_CONTROLLED: u64 = 0x8e5b_6893_7854_f167;

@@ -1,4 +1,5 @@
-//! The fuzzy basis against a direct evaluation of (1)-(4), its limits and refusals, and the approximator.
+//! The fuzzy basis against a direct evaluation of (1)-(4), its limits and refusals, and the
+//! approximator.
 
 use crate::common::{FORMS, Random};
 use steadyarm::fuzzy::{
@@ -6,7 +7,8 @@ use steadyarm::fuzzy::{
 };
 use steadyarm::{Error, Problem};
 
-/// A dozen roundings in a product of four memberships, and a power of one exponential instead of each its own.
+/// A dozen roundings in a product of four memberships, and a power of one exponential instead of
+/// each its own.
 const BASIS_TOL: f64 = 1e-13;
 
 #[derive(Clone)]
@@ -153,7 +155,8 @@ fn first_input_is_the_slowest_in_a_grid() {
     }
 }
 
-/// Grids of up to MAX_RULES: the factors u and v of every split are put together in the right order.
+/// Grids of up to MAX_RULES: the factors u and v of every split are put together in the right
+/// order.
 #[test]
 fn large_grids_equal_the_equations_too() {
     let mut random = Random(2);

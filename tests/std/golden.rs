@@ -1,5 +1,5 @@
-//! The golden values: the basis at rest, P, and the paper's three simulations, against numbers that two independent
-//! programs agree on.
+//! The golden values: the basis at rest, P, and the paper's three simulations, against numbers that
+//! two independent programs agree on.
 
 use crate::common::{self, adaptive, figures, on, plain, plant, reference, run};
 use steadyarm::control::{Inputs, State};
@@ -89,7 +89,8 @@ fn simulation_2_keeps_its_error() {
     assert_figures("simulation 2", &run, [0.193026, 0.447902, 15.350]);
 }
 
-/// The paper's claim does not follow from what it prints: gain 1/7 leaves simulation 2's error as it is.
+/// The paper's claim does not follow from what it prints: gain 1/7 leaves simulation 2's error as
+/// it is.
 #[test]
 fn simulation_3_as_printed_is_inert() {
     let printed =

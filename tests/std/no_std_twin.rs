@@ -1,4 +1,5 @@
-//! The controller of tests/no_std, with std: the same torques, to the bit. `tests/no_std/link.sh` compares the lines printed.
+//! The controller of tests/no_std, with std: the same torques, to the bit. `tests/no_std/link.sh`
+//! compares the lines printed.
 
 #[path = "../no_std/src/scene.rs"]
 mod scene;

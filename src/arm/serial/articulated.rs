@@ -1,13 +1,15 @@
 //! `q̈ = M⁻¹ τ` in one sweep inward and one outward, by articulated bodies.
 //!
-//! An articulated inertia takes (ω̇, a) of its link to the wrench that the link needs when the joints beyond are free:
-//! `n = I ω̇ + H a`, `f = Hᵀ ω̇ + M a`. With U its column of the joint, `D = zᵀU + armature` and u the torque that is left:
+//! An articulated inertia takes (ω̇, a) of its link to the wrench that the link needs when the
+//! joints beyond are free: `n = I ω̇ + H a`, `f = Hᵀ ω̇ + M a`. With U its column of the joint,
+//! `D = zᵀU + armature` and u the torque that is left:
 //!
 //! ```text
 //! inward:   Iᵃ = I − U Uᵀ / D,  pᵃ = p + U u / D, handed to the link before      outward:  q̈ = (u − Uᵀ a) / D
 //! ```
 //!
-//! D is what Gauss leaves of M's diagonal, from the tip to the base. Velocities and gravity are in τ already.
+//! D is what Gauss leaves of M's diagonal, from the tip to the base. Velocities and gravity are in
+//! τ already.
 //! Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 7.
 
 use super::inverse::Wrench;
@@ -78,7 +80,8 @@ impl Articulated {
         }
     }
 
-    /// About the origin of the frame before, in its axes: H' = H + [p]ₓ M, I' = I − H [p]ₓ + [p]ₓ H'ᵀ.
+    /// About the origin of the frame before, in its axes: H' = H + [p]ₓ M, I' = I − H [p]ₓ + [p]ₓ
+    /// H'ᵀ.
     #[inline(always)]
     fn inward(&self, turn: &Turn) -> Self {
         let p = turn.p;
@@ -145,7 +148,8 @@ impl<const N: usize> Chain<N> {
         ddq
     }
 
-    /// What is left of the diagonal of M when the joints beyond are free, D; all positive where M is positive definite.
+    /// What is left of the diagonal of M when the joints beyond are free, D; all positive where M
+    /// is positive definite.
     pub fn free_inertias(&self, turns: &[Turn; N]) -> [f64; N] {
         self.columns(turns, &Vector::zeros()).map(|column| 1.0 / column.inverse_d)
     }

@@ -1,4 +1,5 @@
-//! Arms from an arm: with other friction, rotors, stops, gravity or inertial parameters, or with a payload.
+//! Arms from an arm: with other friction, rotors, stops, gravity or inertial parameters, or with a
+//! payload.
 
 use super::inertia::PER_LINK;
 use super::place::InertiaNames;
@@ -34,10 +35,12 @@ impl<const N: usize> Serial<N> {
         self.rebuilt(parameters)
     }
 
-    /// The same arm with rotors of this inertia, seen through their gears [kg·m² or kg], in place of what they had.
+    /// The same arm with rotors of this inertia, seen through their gears [kg·m² or kg], in place
+    /// of what they had.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `armature`; `inertia` if without rotors a joint moves nothing.
+    /// `NotFinite` or `OutOfRange`, naming `armature`; `inertia` if without rotors a joint moves
+    /// nothing.
     pub fn with_armature(&self, armature: &[f64; N]) -> Result<Self> {
         let mut parameters = self.parameters;
         for (link, armature) in parameters.links.iter_mut().zip(armature) {
@@ -58,7 +61,8 @@ impl<const N: usize> Serial<N> {
     /// [`inertial_parameters`](Self::inertial_parameters), and the same to rounding.
     ///
     /// # Errors
-    /// `WrongLength` or `NotFinite`, naming `parameters`; as [`Serial::new_with`] for links that no body is.
+    /// `WrongLength` or `NotFinite`, naming `parameters`; as [`Serial::new_with`] for links that no
+    /// body is.
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self> {
         length("parameters", parameters.len(), PER_LINK * N)?;
         finite("parameters", parameters)?;
@@ -70,7 +74,8 @@ impl<const N: usize> Serial<N> {
         self.rebuilt(parameters)
     }
 
-    /// The same arm with stops at the ends of its joints' ranges, where [`limits`](Self::limits) are finite.
+    /// The same arm with stops at the ends of its joints' ranges, where [`limits`](Self::limits)
+    /// are finite.
     ///
     /// # Errors
     /// As [`JointStop::validate`].
@@ -87,8 +92,8 @@ impl<const N: usize> Serial<N> {
     /// The same arm with a body fixed to its tip, given in the tip's frame.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `payload.…`: it must be a body, whatever the arm's links are; as
-    /// [`Serial::new_with`] if numbers overflow together.
+    /// `NotFinite` or `OutOfRange`, naming `payload.…`: it must be a body, whatever the arm's links
+    /// are; as [`Serial::new_with`] if numbers overflow together.
     pub fn with_payload(&self, payload: &Inertia) -> Result<Self> {
         Unphysical::Refuse.take(payload, PAYLOAD, None)?;
         let mut parameters = self.parameters;

@@ -1,7 +1,8 @@
-//! The mass matrix from composite bodies: column j is the wrench that accelerates everything beyond joint j, walked inward.
+//! The mass matrix from composite bodies: column j is the wrench that accelerates everything beyond
+//! joint j, walked inward.
 //!
-//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. The wrenches of all joints beyond walk side by side, one a lane,
-//! while the next body is put together.
+//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. The wrenches of all joints beyond
+//! walk side by side, one a lane, while the next body is put together.
 
 use pulp::{Arch, Simd, WithSimd};
 

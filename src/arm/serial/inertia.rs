@@ -86,7 +86,8 @@ impl Inertia {
         Unphysical::Refuse.take(self, InertiaNames::ALONE, None).map(drop)
     }
 
-    /// Both together, as one rigid body: `I = I₁ + I₂ + m₁m₂/(m₁ + m₂) (|d|² 1 − d dᵀ)` with d between the centres of mass.
+    /// Both together, as one rigid body: `I = I₁ + I₂ + m₁m₂/(m₁ + m₂) (|d|² 1 − d dᵀ)` with d
+    /// between the centres of mass.
     #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         let mass = self.mass + other.mass;
@@ -102,7 +103,8 @@ impl Inertia {
         }
     }
 
-    /// The same body in the frame in which this one's frame is `pose`. Moments that are not symmetric stay so, to be refused.
+    /// The same body in the frame in which this one's frame is `pose`. Moments that are not
+    /// symmetric stay so, to be refused.
     #[must_use]
     pub fn transformed(&self, pose: &Pose) -> Self {
         let turned = pose.rotation * self.moments * pose.rotation.transpose();
@@ -111,8 +113,8 @@ impl Inertia {
         Self { mass: self.mass, com: pose.point(&self.com), moments }
     }
 
-    /// The ten inertial parameters, of which dynamics are linear: m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy, I_xz, I_yz,
-    /// I_zz, moments about the frame's origin.
+    /// The ten inertial parameters, of which dynamics are linear: m, m c_x, m c_y, m c_z, I_xx,
+    /// I_xy, I_yy, I_xz, I_yz, I_zz, moments about the frame's origin.
     pub fn parameters(&self) -> [f64; PER_LINK] {
         let (h, i) = (self.com * self.mass, self.moments_about_origin());
         let about = |a: usize, b: usize| 0.5 * (i[(a, b)] + i[(b, a)]);
@@ -120,8 +122,8 @@ impl Inertia {
         [self.mass, h[0], h[1], h[2], i[(0, 0)], xy, i[(1, 1)], xz, yz, i[(2, 2)]]
     }
 
-    /// The way back from [`parameters`](Self::parameters). First moments without mass leave no centre of mass: it is not
-    /// finite.
+    /// The way back from [`parameters`](Self::parameters). First moments without mass leave no
+    /// centre of mass: it is not finite.
     pub fn from_parameters(parameters: &[f64; PER_LINK]) -> Self {
         let [mass, hx, hy, hz, xx, xy, yy, xz, yz, zz] = *parameters;
         let h = Vector3::new(hx, hy, hz);

@@ -1,13 +1,16 @@
-//! Newton and Euler's recursion from q, q̇, q̈ to the joint torques, and its polar form in two velocities.
+//! Newton and Euler's recursion from q, q̇, q̈ to the joint torques, and its polar form in two
+//! velocities.
 //!
 //! ```text
 //! outward:  ω' = Rᵀω + q̇ z     ω̇' = Rᵀω̇ + Rᵀω × q̇ z + q̈ z     a' = Rᵀ(a + S p)      S = [ω̇]ₓ + [ω]ₓ[ω]ₓ
 //! inward:   f = m a + S h + R'f'     n = ∫ r × (a + S r) dm + R'n' + p' × R'f'     τ = zᵀn
 //! ```
 //!
-//! The moment is `h × a` plus the antisymmetric part of S Σ. A joint that slides adds `2 Rᵀω × q̇ z + q̈ z` to a' instead.
-//! In the polar form each product of two velocities becomes half of the sum over both orders, which is C(q, q̇) q̇_r with
-//! Christoffel's C. Source: Featherstone, Rigid Body Dynamics Algorithms, ch. 5; Niemeyer and Slotine 1991, for the polar form.
+//! The moment is `h × a` plus the antisymmetric part of S Σ. A joint that slides adds
+//! `2 Rᵀω × q̇ z + q̈ z` to a' instead. In the polar form each product of two velocities becomes
+//! half of the sum over both orders, which is C(q, q̇) q̇_r with Christoffel's C. Source:
+//! Featherstone, Rigid Body Dynamics Algorithms, ch. 5; Niemeyer and Slotine 1991, for the polar
+//! form.
 
 use super::joint::{Chain, Joint};
 use super::space::{Turn, V3};

@@ -1,9 +1,11 @@
-//! A chain prepared for the recursions: every joint's axis is the z of its own frame, two frames differ by
-//! `R_x(α) R_z(θ)` and a shift p, and what a link's mass does not do to its own joint is counted with the link before.
+//! A chain prepared for the recursions: every joint's axis is the z of its own frame, two frames
+//! differ by `R_x(α) R_z(θ)` and a shift p, and what a link's mass does not do to its own joint is
+//! counted with the link before.
 //!
-//! The mass distribution is `m = ∫dm`, `h = ∫r dm`, `Σ = ∫r rᵀ dm` about the frame's origin. A line of mass on the axis of
-//! a revolute joint (m, h_z, Σ_zz) neither loads that joint nor sees it turn, so that it may ride on the link before; nor
-//! does the Σ of a sliding link. Source: Khalil and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
+//! The mass distribution is `m = ∫dm`, `h = ∫r dm`, `Σ = ∫r rᵀ dm` about the frame's origin. A line
+//! of mass on the axis of a revolute joint (m, h_z, Σ_zz) neither loads that joint nor sees it
+//! turn, so that it may ride on the link before; nor does the Σ of a sliding link. Source: Khalil
+//! and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
 
 use super::space::{Sym3, Turn, V3};
 use super::unphysical::second_moments;
@@ -22,7 +24,8 @@ pub(super) struct Mass {
 impl Mass {
     pub const ZERO: Self = Self { m: 0.0, h: V3::ZERO, sigma: Sym3::ZERO };
 
-    /// The same distribution about the origin of the frame before: `Σ' = R Σ Rᵀ + R h pᵀ + p (R h)ᵀ + m p pᵀ`.
+    /// The same distribution about the origin of the frame before:
+    /// `Σ' = R Σ Rᵀ + R h pᵀ + p (R h)ᵀ + m p pᵀ`.
     #[inline(always)]
     pub fn inward(&self, turn: &Turn) -> Self {
         let (h, p) = (turn.inward(self.h), turn.p);
@@ -157,7 +160,8 @@ pub(super) fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
     Mass { m: inertia.mass, h: (com * inertia.mass).into(), sigma: Sym3::of(&sigma) }
 }
 
-/// Gives every link's mass that its own joint does not feel to the link before; returns what reaches the ground.
+/// Gives every link's mass that its own joint does not feel to the link before; returns what
+/// reaches the ground.
 fn hand_down(joints: &mut [Joint]) -> Mass {
     let mut reached = Mass::ZERO;
     for i in (0..joints.len()).rev() {
@@ -183,7 +187,8 @@ fn hand_down(joints: &mut [Joint]) -> Mass {
     reached
 }
 
-/// The rotation nearest to one that is orthonormal within 1e-6, to rounding: two Newton steps R ← R (3 − RᵀR)/2.
+/// The rotation nearest to one that is orthonormal within 1e-6, to rounding: two Newton steps R ← R
+/// (3 − RᵀR)/2.
 pub(super) fn orthonormal(rotation: &Matrix<3>) -> Matrix<3> {
     let step = |r: Matrix<3>| r * (Matrix::<3>::identity() * 3.0 - r.transpose() * r) * 0.5;
     step(step(*rotation))

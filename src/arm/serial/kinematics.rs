@@ -60,8 +60,8 @@ impl<const N: usize> Serial<N> {
         })
     }
 
-    /// Jacobian of the tip in the axes of the base: q̇ to its velocity [m/s] (rows 0 to 2) and angular velocity [rad/s]
-    /// (rows 3 to 5). Pinocchio's `LOCAL_WORLD_ALIGNED`.
+    /// Jacobian of the tip in the axes of the base: q̇ to its velocity [m/s] (rows 0 to 2) and
+    /// angular velocity [rad/s] (rows 3 to 5). Pinocchio's `LOCAL_WORLD_ALIGNED`.
     pub fn jacobian(&self, q: &Vector<N>) -> nalgebra::SMatrix<f64, 6, N> {
         let frames = self.chain.frames(q);
         let tip = frames[N - 1].point(self.chain.tip.translation.into());

@@ -20,7 +20,8 @@ impl JointLimits {
     /// Refuses NaN, limits that no position can meet, and a speed or effort that is not > 0.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `limits.lower`, `limits.upper`, `limits.velocity` or `limits.effort`.
+    /// `NotFinite` or `OutOfRange`, naming `limits.lower`, `limits.upper`, `limits.velocity` or
+    /// `limits.effort`.
     pub fn validate(&self, joint: usize) -> Result<()> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         let number = |parameter, got: f64| {

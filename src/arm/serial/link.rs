@@ -10,8 +10,8 @@ use crate::arm::JointFriction;
 pub enum JointKind {
     /// Turns about its axis: positions a turn apart are two.
     Revolute,
-    /// Turns about its axis without an end, as URDF's `continuous`: positions a turn apart are one, and a tracking error is
-    /// taken around the circle.
+    /// Turns about its axis without an end, as URDF's `continuous`: positions a turn apart are one,
+    /// and a tracking error is taken around the circle.
     Continuous,
     /// Slides along its axis; position [m], velocity [m/s], force [N].
     Prismatic,
@@ -34,8 +34,9 @@ impl JointKind {
     }
 }
 
-/// A joint and the link that it moves. The link's frame is the joint's: at q = 0 it is `placement` in the frame of the
-/// link before, and the joint moves it about or along `axis`, which is given in it.
+/// A joint and the link that it moves. The link's frame is the joint's: at q = 0 it is `placement`
+/// in the frame of the link before, and the joint moves it about or along `axis`, which is given in
+/// it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
     /// How the joint moves.
@@ -48,7 +49,8 @@ pub struct Link {
     pub inertia: Inertia,
     /// Friction of the joint.
     pub friction: JointFriction,
-    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or [kg] for a prismatic joint, ≥ 0.
+    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or [kg] for a
+    /// prismatic joint, ≥ 0.
     pub armature: f64,
     /// Limits, infinite for none.
     pub limits: JointLimits,

@@ -1,7 +1,9 @@
-//! Any fixed-base chain of revolute and prismatic joints: `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) + s(q, q̇) = τ`.
+//! Any fixed-base chain of revolute and prismatic joints:
+//! `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) + s(q, q̇) = τ`.
 //!
-//! M carries the armature on its diagonal. Construction turns every frame so that its joint's axis is z and the next frame
-//! differs by two plane rotations; the recursions then cost one sine and cosine a joint and few products.
+//! M carries the armature on its diagonal. Construction turns every frame so that its joint's axis
+//! is z and the next frame differs by two plane rotations; the recursions then cost one sine and
+//! cosine a joint and few products.
 
 mod articulated;
 mod body;
@@ -40,13 +42,14 @@ use validate::validate_pose;
 
 const TIP: PoseNames = PoseNames { rotation: "tip.rotation", translation: "tip.translation" };
 
-/// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many more.
+/// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many
+/// more.
 const PROBES: usize = 4;
 /// Less than this share of what lies beyond a joint (m r², or m for one that slides) is rounding.
 const NEGLIGIBLE: f64 = 1e-13;
 
-/// Up to here M is factored instead of following the articulated bodies, whose cost grows with N and not with N³. It is
-/// faster at 7 joints; where it no longer is has not been measured.
+/// Up to here M is factored instead of following the articulated bodies, whose cost grows with N
+/// and not with N³. It is faster at 7 joints; where it no longer is has not been measured.
 const SHORT: usize = 10;
 
 /// What a serial arm is made of.
@@ -76,22 +79,24 @@ pub struct Serial<const N: usize> {
 impl<const N: usize> Serial<N> {
     /// Checks and prepares the parameters.
     ///
-    /// M must be positive definite at q = 0 and at some positions spread over a turn [rad] or a metre; it is then almost
-    /// everywhere.
+    /// M must be positive definite at q = 0 and at some positions spread over a turn [rad] or a
+    /// metre; it is then almost everywhere.
     ///
     /// # Errors
-    /// As [`Link::validate`], with the joint as index; `NotFinite` or `OutOfRange` naming `tip.…` or `gravity`; or
-    /// `inertia`, with the joint that moves neither inertia nor armature; `WrongLength` for no links at all.
+    /// As [`Link::validate`], with the joint as index; `NotFinite` or `OutOfRange` naming `tip.…`
+    /// or `gravity`; or `inertia`, with the joint that moves neither inertia nor armature;
+    /// `WrongLength` for no links at all.
     pub fn new(parameters: SerialParameters<N>) -> Result<Self> {
         Self::new_with(parameters, Unphysical::Refuse)
     }
 
-    /// As [`new`](Self::new), with a say in what is done about a link that no body is. The arm keeps it: payloads,
-    /// perturbations and all other arms that come of this one are built with the same `unphysical`.
+    /// As [`new`](Self::new), with a say in what is done about a link that no body is. The arm
+    /// keeps it: payloads, perturbations and all other arms that come of this one are built with
+    /// the same `unphysical`.
     ///
-    /// What [`Unphysical::Nearest`] changed stands in [`links`](Self::links); with [`Unphysical::Note`]
-    /// [`Inertia::validate`] tells which links no body is. M, positive definite where it was tried, need not be so everywhere
-    /// if there are such.
+    /// What [`Unphysical::Nearest`] changed stands in [`links`](Self::links); with
+    /// [`Unphysical::Note`] [`Inertia::validate`] tells which links no body is. M, positive
+    /// definite where it was tried, need not be so everywhere if there are such.
     ///
     /// # Errors
     /// As [`new`](Self::new), but for what is to be taken.
@@ -182,7 +187,8 @@ impl<const N: usize> Serial<N> {
         self.limits().map(|limits| [limits.lower, limits.upper])
     }
 
-    /// M q̈_r + C(q, q̇) q̇_r + G, without friction and stops: Slotine and Li's law, with Christoffel's C [N·m].
+    /// M q̈_r + C(q, q̇) q̇_r + G, without friction and stops: Slotine and Li's law, with
+    /// Christoffel's C [N·m].
     pub fn slotine_li(
         &self,
         q: &Vector<N>,

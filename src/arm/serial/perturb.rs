@@ -6,14 +6,16 @@ use super::{Inertia, Serial};
 use crate::error::{Result, within};
 use crate::math::Matrix;
 
-/// How far an arm may be from another one. Shares are uniform in ±; zero, the default, changes nothing.
+/// How far an arm may be from another one. Shares are uniform in ±; zero, the default, changes
+/// nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Perturbation {
     /// Share of every mass, 0 ≤ · < 1; the moments follow it.
     pub mass: f64,
     /// Shift of every centre of mass along each axis [m], ≥ 0.
     pub com: f64,
-    /// Share of a link's extent in mass along each axis (½ of that in length), 0 ≤ · < 1: changes moments, not masses.
+    /// Share of a link's extent in mass along each axis (½ of that in length), 0 ≤ · < 1: changes
+    /// moments, not masses.
     pub inertia: f64,
     /// Share of every coefficient of friction, each on its own, 0 ≤ · ≤ 1.
     pub friction: f64,
@@ -53,8 +55,9 @@ impl Random {
 }
 
 impl<const N: usize> Serial<N> {
-    /// An arm whose masses, centres, moments and friction are off at random, the same for the same seed on any machine, and
-    /// physically valid where it is: moments come from `Σ' = D Σ D` with a positive diagonal D.
+    /// An arm whose masses, centres, moments and friction are off at random, the same for the same
+    /// seed on any machine, and physically valid where it is: moments come from `Σ' = D Σ D` with a
+    /// positive diagonal D.
     ///
     /// # Errors
     /// As [`Perturbation::validate`], or as [`Serial::new`] if the numbers overflow.
@@ -90,6 +93,7 @@ fn perturbed(inertia: &Inertia, by: &Perturbation, random: &mut Random) -> Inert
     if stretched.validate().is_ok() {
         return stretched;
     }
-    // Moments that only just pass as rounded figures may not after being stretched; the same change on all axes passes.
+    // Moments that only just pass as rounded figures may not after being stretched; the same change
+    // on all axes passes.
     Inertia { mass, com, moments: inertia.moments * (heavier * wider[0] * wider[0]) }
 }

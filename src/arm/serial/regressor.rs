@@ -1,10 +1,11 @@
-//! The regressor Y(q, q̇, q̈) of the inertial parameters π: `Y π = M q̈ + C q̇ + G` without friction, stops and armature.
+//! The regressor Y(q, q̇, q̈) of the inertial parameters π: `Y π = M q̈ + C q̇ + G` without
+//! friction, stops and armature.
 //!
 //! Ten parameters a link, about its joint's frame as the link gave it, in Pinocchio's order:
 //! m, m c_x, m c_y, m c_z, I_xx, I_xy, I_yy, I_xz, I_yz, I_zz (moments about the frame's origin).
 //!
-//! The axis of joint i moves link j with the twist (w, v); by virtual work, with a and S of link j as in the inverse dynamics,
-//! `Y_ij π_j = v·(m a + S h) + w·(h × a + I ω̇ + ω × I ω)`.
+//! The axis of joint i moves link j with the twist (w, v); by virtual work, with a and S of link j
+//! as in the inverse dynamics, `Y_ij π_j = v·(m a + S h) + w·(h × a + I ω̇ + ω × I ω)`.
 
 use super::Serial;
 use super::inertia::PER_LINK;

@@ -157,7 +157,8 @@ impl Sym3 {
     /// R S Rᵀ with R = R_x R_z.
     #[inline(always)]
     pub fn inward(&self, turn: &Turn) -> Self {
-        // R_z turns the xy block and the pair (xz, yz); R_x then the yz block and the pair (xy, xz).
+        // R_z turns the xy block and the pair (xz, yz); R_x then the yz block and the pair (xy,
+        // xz).
         let (c, s) = (turn.c, turn.s);
         let (xx, yy, xy) = turned_block(self.xx, self.yy, self.xy, c, s);
         let xz = c * self.xz - s * self.yz;

@@ -4,8 +4,9 @@ use super::limits::JointLimits;
 use super::place::Of;
 use crate::error::Result;
 
-/// The stops of a joint, at the ends of its [`JointLimits`]. A joint that is δ beyond an end is pushed back with
-/// `max(0, k δ (1 + c δ̇))`: continuous, never pulling, and never giving back more than it took. The default is none.
+/// The stops of a joint, at the ends of its [`JointLimits`]. A joint that is δ beyond an end is
+/// pushed back with `max(0, k δ (1 + c δ̇))`: continuous, never pulling, and never giving back more
+/// than it took. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointStop {
     /// k [N·m/rad], or [N/m] for a prismatic joint, ≥ 0; zero for no stop.
@@ -31,7 +32,8 @@ impl JointStop {
         self.stiffness == 0.0
     }
 
-    /// s [N·m or N], what drives the joint on into its stop: positive beyond the upper end, negative beyond the lower one.
+    /// s [N·m or N], what drives the joint on into its stop: positive beyond the upper end,
+    /// negative beyond the lower one.
     #[inline]
     pub fn torque(&self, limits: &JointLimits, q: f64, dq: f64) -> f64 {
         let push = |depth: f64, rate: f64| {

@@ -1,8 +1,9 @@
 //! Mass distributions that no body has: which they are, and what is done about them.
 //!
-//! A body has `Σ = ∫ r rᵀ dm ⪰ 0` about its centre of mass; with `Σ = ½ tr(I) 1 − I` that is the triangle inequality of
-//! the principal moments, and with it none of them is negative. Source: Wensing, Kim and Slotine 2018, "Linear matrix
-//! inequalities for physically consistent inertial parameter identification", IEEE RA-L 3(1).
+//! A body has `Σ = ∫ r rᵀ dm ⪰ 0` about its centre of mass; with `Σ = ½ tr(I) 1 − I` that is the
+//! triangle inequality of the principal moments, and with it none of them is negative. Source:
+//! Wensing, Kim and Slotine 2018, "Linear matrix inequalities for physically consistent inertial
+//! parameter identification", IEEE RA-L 3(1).
 
 use super::body::Inertia;
 use super::place::{InertiaNames, Of};
@@ -10,9 +11,11 @@ use crate::eigen::symmetric_eigenvalues;
 use crate::error::{Error, Result};
 use crate::math::{Matrix, sqrt};
 
-/// The principal moments may miss the triangle inequality by this share of the largest: figures are rounded.
+/// The principal moments may miss the triangle inequality by this share of the largest: figures are
+/// rounded.
 const MOMENTS: f64 = 1e-6;
-/// They may also miss it by what moving the mass by a micrometre changes [m²]: files have −1e-20 for none.
+/// They may also miss it by what moving the mass by a micrometre changes [m²]: files have −1e-20
+/// for none.
 const SPECK: f64 = 1e-12;
 /// Entries of the moments across the diagonal may differ by this share of the largest.
 const SYMMETRY: f64 = 1e-9;
@@ -21,7 +24,8 @@ pub(crate) const SYMMETRIC: &str = "a symmetric matrix";
 /// Sweeps of Jacobi's method; three entries off the diagonal are rounding after four or five.
 const SWEEPS: usize = 10;
 
-/// What is done with a mass distribution that no body has. In every case M must be positive definite where it is tried.
+/// What is done with a mass distribution that no body has. In every case M must be positive
+/// definite where it is tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
     /// It is refused.
@@ -99,10 +103,11 @@ impl Unphysical {
 }
 
 impl Inertia {
-    /// The nearest mass distribution that a body has, the same one if this is such: mass, centre of mass and principal
-    /// axes are kept, and of Σ about the centre of mass the part that is negative is left out, which is the nearest
-    /// `Σ ⪰ 0` in Frobenius' norm. That choice does not depend on the frame, keeps the weight, which is known best, and
-    /// only ever adds to I, so that no mass matrix loses by it. Moments without mass are kept: they are the limit of bodies.
+    /// The nearest mass distribution that a body has, the same one if this is such: mass, centre of
+    /// mass and principal axes are kept, and of Σ about the centre of mass the part that is
+    /// negative is left out, which is the nearest `Σ ⪰ 0` in Frobenius' norm. That choice does not
+    /// depend on the frame, keeps the weight, which is known best, and only ever adds to I, so that
+    /// no mass matrix loses by it. Moments without mass are kept: they are the limit of bodies.
     ///
     /// # Errors
     /// As [`validate`](Self::validate), but for moments that no body has.
@@ -127,7 +132,8 @@ impl Inertia {
         check_form(self, InertiaNames::ALONE, None)
     }
 
-    /// What keeps it from being a body's, beyond rounding; its numbers are finite, its moments symmetric.
+    /// What keeps it from being a body's, beyond rounding; its numbers are finite, its moments
+    /// symmetric.
     pub(crate) fn flaw(&self) -> Result<Option<Flaw>> {
         let principal = self.principal_moments()?;
         let [least, middle, most] = principal;

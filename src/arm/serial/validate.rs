@@ -1,4 +1,5 @@
-//! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass distribution that matter can have.
+//! What a joint and its link must be: finite, of unit axis and proper rotation, and a mass
+//! distribution that matter can have.
 
 use super::body::Pose;
 use super::limits::JointLimits;
@@ -8,7 +9,8 @@ use super::unphysical::Unphysical;
 use crate::error::Result;
 use crate::math::{Matrix, sqrt};
 
-/// Lengths of axes and columns of rotations may be off by this, as numbers printed with six decimals are.
+/// Lengths of axes and columns of rotations may be off by this, as numbers printed with six
+/// decimals are.
 const UNIT: f64 = 1e-6;
 
 const PLACEMENT: PoseNames =
@@ -21,14 +23,14 @@ impl Link {
     /// the mass times a square micrometre: published figures are rounded.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`, `armature`, `limits.…` or
-    /// `stop.…`.
+    /// `NotFinite` or `OutOfRange`, naming `placement.…`, `axis`, `inertia.…`, `friction.…`,
+    /// `armature`, `limits.…` or `stop.…`.
     pub fn validate(&self, joint: usize) -> Result<()> {
         self.taken(joint, Unphysical::Refuse).map(drop)
     }
 
-    /// The link as it is taken: a mass distribution that no body has is what `unphysical` makes of it, all else is refused
-    /// as by [`validate`](Self::validate).
+    /// The link as it is taken: a mass distribution that no body has is what `unphysical` makes of
+    /// it, all else is refused as by [`validate`](Self::validate).
     pub(crate) fn taken(&self, joint: usize, unphysical: Unphysical) -> Result<Self> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         validate_pose(&self.placement, PLACEMENT, Some(joint))?;

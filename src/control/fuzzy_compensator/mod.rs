@@ -1,7 +1,8 @@
 //! The fuzzy compensator ρ̂ = W ξ(x) (12)-(13) with the update law (18).
 //!
-//! Over a step the weights change by a sum of rank-one terms, `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage
-//! needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the weights are read once a stage and written once a step.
+//! Over a step the weights change by a sum of rank-one terms,
+//! `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the
+//! weights are read once a stage and written once a step.
 
 mod state;
 mod step;
@@ -127,7 +128,8 @@ impl<const N: usize> FuzzyCompensator<N> {
         Ok(())
     }
 
-    /// As [`load_weights`](Self::load_weights), and makes them W₀: what leak, e-modification and projection pull to.
+    /// As [`load_weights`](Self::load_weights), and makes them W₀: what leak, e-modification and
+    /// projection pull to.
     ///
     /// # Errors
     /// As `load_weights`.

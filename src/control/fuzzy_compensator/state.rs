@@ -1,4 +1,5 @@
-//! What a fuzzy compensator remembers: its weights, and what each stage of the current step recorded.
+//! What a fuzzy compensator remembers: its weights, and what each stage of the current step
+//! recorded.
 
 use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;

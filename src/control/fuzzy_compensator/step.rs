@@ -1,4 +1,5 @@
-//! A step over weights that are written out: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, with the law of every stage in between.
+//! A step over weights that are written out: `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`, with the law of
+//! every stage in between.
 
 use pulp::{Arch, Simd, WithSimd};
 

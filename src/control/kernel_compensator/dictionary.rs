@@ -1,7 +1,9 @@
-//! Terms into the dictionary: merged into the nearest atom, or an atom of their own; with |W|² and the error bound.
+//! Terms into the dictionary: merged into the nearest atom, or an atom of their own; with |W|² and
+//! the error bound.
 //!
-//! Whatever changes the coefficients of an atom a by δ changes `|Wₙ|²` by `δₙ (2 Wₙξₐ + δₙ k(a, a))` and `Wₙξ` by
-//! `δₙ k(a, x)`, all of it known: the kernels of the atoms with each other are kept.
+//! Whatever changes the coefficients of an atom a by δ changes `|Wₙ|²` by
+//! `δₙ (2 Wₙξₐ + δₙ k(a, a))` and `Wₙξ` by `δₙ k(a, x)`, all of it known: the kernels of the atoms
+//! with each other are kept.
 
 use pulp::Simd;
 

@@ -4,16 +4,20 @@
 //! W = Σ_k c_k ξ(x_k)ᵀ,    ρ̂(x) = Σ_k c_k k(x_k, x),    k(x, y) = ξ(x)·ξ(y) = ∏ᵢ pᵢ(x)·pᵢ(y)
 //! ```
 //!
-//! The update law (18) adds a coefficient at the present state and lets the others fade, so W never needs the rules: a
-//! dictionary of atoms x_k, each with its memberships pᵢ and its coefficients c_k, holds all of it. It has a capacity:
+//! The update law (18) adds a coefficient at the present state and lets the others fade, so W never
+//! needs the rules: a dictionary of atoms x_k, each with its memberships pᵢ and its coefficients
+//! c_k, holds all of it. It has a capacity:
 //!
-//! - a term `c ξ(x)` whose nearest atom is close becomes `c k(x, x_k)/k(x_k, x_k) ξ(x_k)`, its projection. What is lost
-//!   has the square `|c|²(k(x, x) − k(x, x_k)²/k(x_k, x_k))`;
-//! - when the dictionary is full, the least useful atom, with the smallest `|c_k|² k(x_k, x_k)`, makes room.
+//! - a term `c ξ(x)` whose nearest atom is close becomes `c k(x, x_k)/k(x_k, x_k) ξ(x_k)`, its
+//!   projection. What is lost has the square `|c|²(k(x, x) − k(x, x_k)²/k(x_k, x_k))`;
+//! - when the dictionary is full, the least useful atom, with the smallest `|c_k|² k(x_k, x_k)`,
+//!   makes room.
 //!
-//! Both are counted, and their sizes added up to a bound of |W_exact − W|, which fades as the weights do. The weights of
-//! a basis that is written out, [`FuzzyCompensator`](super::FuzzyCompensator)'s, are the same to rounding while nothing
-//! is merged and nothing goes. Every modification of [`Adaptation`](super::Adaptation) is exact in this form.
+//! Both are counted, and their sizes added up to a bound of |W_exact − W|, which fades as the
+//! weights do. The weights of a basis that is written out,
+//! [`FuzzyCompensator`](super::FuzzyCompensator)'s, are the same to rounding while nothing is
+//! merged and nothing goes. Every modification of [`Adaptation`](super::Adaptation) is exact in
+//! this form.
 
 mod dictionary;
 #[cfg(feature = "std")]
@@ -42,8 +46,8 @@ const MAX_CAPACITY: usize = 4096;
 pub struct KernelParameters {
     /// Atoms at the most, 1 … 4096. Memory grows with its square.
     pub capacity: usize,
-    /// A term is merged into its nearest atom where that loses less than this part of its norm. 0 merges nothing, and
-    /// neither does anything below the rounding of a kernel, near 1e-7.
+    /// A term is merged into its nearest atom where that loses less than this part of its norm. 0
+    /// merges nothing, and neither does anything below the rounding of a kernel, near 1e-7.
     pub merge_tolerance: f64,
 }
 
@@ -77,21 +81,24 @@ pub struct KernelCompensator<const N: usize> {
     places: Places,
 }
 
-/// Where things lie in a state's buffer, from its first whole lane on. The memberships of the atoms come first.
+/// Where things lie in a state's buffer, from its first whole lane on. The memberships of the atoms
+/// come first.
 #[derive(Clone, Copy, Debug)]
 struct Places {
     /// Length of a row over all atoms.
     row: usize,
     /// Start of the coefficients, a row a joint, to be multiplied by the state's scale.
     coefficients: usize,
-    /// Start of the kernels of the atoms with each other, a row an atom, and the distance of the rows: an odd number of
-    /// cache lines, so that a column does not fall on the same few places of the cache.
+    /// Start of the kernels of the atoms with each other, a row an atom, and the distance of the
+    /// rows: an odd number of cache lines, so that a column does not fall on the same few places of
+    /// the cache.
     gram: usize,
     gram_row: usize,
     /// Start of k(x_k, x_k), and of 1/k(x_k, x_k).
     sizes: usize,
     inverses: usize,
-    /// Start of the kernels of each stage with the atoms, a row a stage; one more row is scratch memory.
+    /// Start of the kernels of each stage with the atoms, a row a stage; one more row is scratch
+    /// memory.
     kernels: usize,
     /// Start of the memberships of each stage, and the length of one.
     stages: usize,
@@ -105,8 +112,9 @@ impl<const N: usize> KernelCompensator<N> {
     /// A compensator for these feedback gains; solves (19) for P.
     ///
     /// # Errors
-    /// `inputs`: the basis has another number of inputs. `capacity`: 0, or more than 4096. `merge_tolerance`: not in
-    /// [0, 1). `gain`, `leak_rate`, …: see [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
+    /// `inputs`: the basis has another number of inputs. `capacity`: 0, or more than 4096.
+    /// `merge_tolerance`: not in [0, 1). `gain`, `leak_rate`, …: see
+    /// [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
     /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
         basis: KernelBasis,
@@ -160,8 +168,8 @@ impl<const N: usize> KernelCompensator<N> {
         Memory::new(buffer, self.places.end).map(KernelState::over)
     }
 
-    /// Reads atom `k` of [`KernelState::atoms`]: writes the memberships of x_k, input after input, and returns c_k; `None`
-    /// if there is no such atom.
+    /// Reads atom `k` of [`KernelState::atoms`]: writes the memberships of x_k, input after input,
+    /// and returns c_k; `None` if there is no such atom.
     ///
     /// # Errors
     /// `memberships`: not [`KernelBasis::sets`] long.

@@ -1,4 +1,5 @@
-//! A dictionary as bytes, exact to the bit; the kernels of the atoms with each other are worked out again.
+//! A dictionary as bytes, exact to the bit; the kernels of the atoms with each other are worked out
+//! again.
 
 use super::dictionary::SMALLEST_SIZE;
 use super::{KernelCompensator, KernelState, Places};
@@ -45,8 +46,9 @@ impl<const N: usize> KernelCompensator<N> {
     /// Restores what [`save`](Self::save) wrote, bit for bit.
     ///
     /// # Errors
-    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another version or kind of controller; `joints`,
-    /// `sets`, `capacity`: the state of another controller. The state is then as before.
+    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another
+    /// version or kind of controller; `joints`, `sets`, `capacity`: the state of another
+    /// controller. The state is then as before.
     pub fn restore(
         &self,
         state: &mut State<N, KernelState<N, Vec<f64>>>,

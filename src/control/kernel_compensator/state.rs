@@ -1,4 +1,5 @@
-//! What a kernel compensator remembers: its dictionary, and what each stage of the current step recorded.
+//! What a kernel compensator remembers: its dictionary, and what each stage of the current step
+//! recorded.
 
 use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;
@@ -54,8 +55,9 @@ impl<const N: usize, B: Buffer> KernelState<N, B> {
         self.dropped
     }
 
-    /// A bound of |Wₙ_exact − Wₙ| for each joint, where W_exact has taken the same terms and lost nothing. The error of
-    /// ρ̂ₙ(x) is at most this times |ξ(x)|, which is at most 1 for a normalised basis [rad/s²].
+    /// A bound of |Wₙ_exact − Wₙ| for each joint, where W_exact has taken the same terms and lost
+    /// nothing. The error of ρ̂ₙ(x) is at most this times |ξ(x)|, which is at most 1 for a
+    /// normalised basis [rad/s²].
     pub fn error_bound(&self) -> Vector<N> {
         self.errors
     }

@@ -1,4 +1,5 @@
-//! A step in terms of kernels: `Wξ = keep W(t)ξ + Σ cⱼ k(xⱼ, x)`, with the law of every stage in between.
+//! A step in terms of kernels: `Wξ = keep W(t)ξ + Σ cⱼ k(xⱼ, x)`, with the law of every stage in
+//! between.
 
 use pulp::{Arch, Simd, WithSimd};
 

@@ -13,23 +13,24 @@ use crate::arm::Unphysical;
 const FORMAT: u32 = 1;
 
 impl Description {
-    /// The description as TOML, with its units; [`Description::from_toml`] gives it back bit for bit.
+    /// The description as TOML, with its units; [`Description::from_toml`] gives it back bit for
+    /// bit.
     pub fn to_toml(&self) -> String {
         write::text(self)
     }
 
-    /// A description from TOML. Unknown entries are refused. Absent are: a rotation that is none, a limit that is
-    /// infinite, friction and stops that are none, gravity that is the usual one.
+    /// A description from TOML. Unknown entries are refused. Absent are: a rotation that is none, a
+    /// limit that is infinite, friction and stops that are none, gravity that is the usual one.
     ///
     /// # Errors
-    /// With the line: what is not TOML or not of the format, a number that is not finite, a mass distribution that no
-    /// body has, unless the file's `unphysical` takes it.
+    /// With the line: what is not TOML or not of the format, a number that is not finite, a mass
+    /// distribution that no body has, unless the file's `unphysical` takes it.
     pub fn from_toml(text: &str) -> Result<Self, ReadError> {
         Self::toml(text, None)
     }
 
-    /// [`Description::from_toml`], with another say than the file's in what is done about a mass distribution that no body
-    /// has.
+    /// [`Description::from_toml`], with another say than the file's in what is done about a mass
+    /// distribution that no body has.
     ///
     /// # Errors
     /// As there, but for what is to be taken.

@@ -1,4 +1,5 @@
-//! From the tree to the chain: every link belongs to the last joint before it that lies between base and tip.
+//! From the tree to the chain: every link belongs to the last joint before it that lies between
+//! base and tip.
 
 use super::elements::Source;
 use super::joint::{Drive, JointPart, Motion};

@@ -1,4 +1,5 @@
-//! Elements and attributes, read strictly: numbers are finite, threes are three, nothing stands twice.
+//! Elements and attributes, read strictly: numbers are finite, threes are three, nothing stands
+//! twice.
 
 use roxmltree::Node;
 
@@ -6,7 +7,8 @@ use crate::arm::Pose;
 use crate::robot::error::quoted;
 use crate::robot::{ReadError, frames};
 
-/// Lines are counted once for every so many bytes: a file with many faults takes no longer than it is long.
+/// Lines are counted once for every so many bytes: a file with many faults takes no longer than it
+/// is long.
 const BLOCK: usize = 1024;
 
 /// The file's text, which turns positions into lines and has the names as they are written.

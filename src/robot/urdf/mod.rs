@@ -1,6 +1,7 @@
 //! URDF: the chain from a base link to a tip link, its fixed links merged.
 //!
-//! Joints that move but do not lie between base and tip are held at 0, their mass is part of the link that carries them.
+//! Joints that move but do not lie between base and tip are held at 0, their mass is part of the
+//! link that carries them.
 
 mod chain;
 mod elements;
@@ -59,9 +60,9 @@ impl Description {
     /// # Errors
     /// With the line: what is not XML or not URDF, has a DTD, is too large or too deep, or is still
     /// to be expanded by xacro; unknown names; between base and tip loops, two parents, names given
-    /// twice, `mimic`, floating and planar joints, numbers that are none, mass distributions that no
-    /// body has, and a last joint that moves no mass. If no tip is named, two roots and several ends
-    /// to choose from, and loops and faulty names anywhere.
+    /// twice, `mimic`, floating and planar joints, numbers that are none, mass distributions that
+    /// no body has, and a last joint that moves no mass. If no tip is named, two roots and several
+    /// ends to choose from, and loops and faulty names anywhere.
     pub fn from_urdf_with(text: &str, options: &UrdfOptions) -> Result<Self, ReadError> {
         scan::check(text)?;
         let parsing = roxmltree::ParsingOptions {

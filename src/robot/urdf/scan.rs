@@ -1,5 +1,5 @@
-//! A look at the raw text before the XML reader sees it, in one pass and without recursion: what would cost it a stack, or
-//! time beyond the file's size, is refused here.
+//! A look at the raw text before the XML reader sees it, in one pass and without recursion: what
+//! would cost it a stack, or time beyond the file's size, is refused here.
 
 use core::ops::Range;
 

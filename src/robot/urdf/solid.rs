@@ -1,4 +1,5 @@
-//! The uniform body in the shape of a link, where the file gives that by boxes, cylinders and balls.
+//! The uniform body in the shape of a link, where the file gives that by boxes, cylinders and
+//! balls.
 //!
 //! Volumes: x y z; π r² l; 4/3 π r³. Moments of a mass m: m/12 (y² + z²) about x, and so on;
 //! m r²/2 about the cylinder's axis and m/12 (3 r² + l²) across; 2/5 m r². Shapes that overlap

@@ -1,4 +1,5 @@
-//! Links and joints as a tree: names are unique, every link but the root has one parent, nothing goes in circles.
+//! Links and joints as a tree: names are unique, every link but the root has one parent, nothing
+//! goes in circles.
 //!
 //! What breaks the tree is kept as a fault: it refuses the file only where it concerns what is
 //! asked for.

@@ -1,4 +1,5 @@
-//! No call of a serial arm's dynamics allocates, whatever it is given: under an allocator that counts.
+//! No call of a serial arm's dynamics allocates, whatever it is given: under an allocator that
+//! counts.
 
 use std::hint::black_box;
 

@@ -1,4 +1,5 @@
-//! Mass distributions that no body has: refused, taken as they stand, or the nearest one; and arms that come of such arms.
+//! Mass distributions that no body has: refused, taken as they stand, or the nearest one; and arms
+//! that come of such arms.
 
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
@@ -63,8 +64,8 @@ fn out_of_range(error: &Error) -> bool {
     matches!(error.problem(), Problem::OutOfRange { .. })
 }
 
-/// The nearest Σ' ⪰ 0 is the one with Σ' − Σ ⪰ 0 and tr(Σ' (Σ' − Σ)) = 0: the conditions of a projection on that cone
-/// (Moreau's decomposition).
+/// The nearest Σ' ⪰ 0 is the one with Σ' − Σ ⪰ 0 and tr(Σ' (Σ' − Σ)) = 0: the conditions of a
+/// projection on that cone (Moreau's decomposition).
 #[test]
 fn nearest_is_the_projection_on_the_bodies() {
     let mut random = Random(31);
@@ -141,7 +142,8 @@ fn policies_do_as_they_say() {
     }
 }
 
-/// Whatever is taken is taken into the dynamics: the torque is Y π, linear in the figures, bodies or not.
+/// Whatever is taken is taken into the dynamics: the torque is Y π, linear in the figures, bodies
+/// or not.
 #[test]
 fn what_is_taken_as_stated_moves_as_stated() {
     let mut random = Random(34);
@@ -168,7 +170,8 @@ fn mass_matrix_must_be_positive_for_any_policy() {
     let link = Link::new(JointKind::Revolute, Pose::IDENTITY, Vector3::z(), negative);
     let parameters =
         SerialParameters { links: [link], tip: Pose::IDENTITY, gravity: [0.0, 0.0, -9.81] };
-    // The nearest has Σ = diag(0, 0, 0.15) of diag(−0.05, −0.05, 0.15), which is a rod along the axis.
+    // The nearest has Σ = diag(0, 0, 0.15) of diag(−0.05, −0.05, 0.15), which is a rod along the
+    // axis.
     for unphysical in [Unphysical::Note, Unphysical::Nearest] {
         let error = Serial::new_with(parameters, unphysical).unwrap_err();
         assert_eq!((error.parameter(), error.index()), ("inertia", Some(0)));
@@ -250,7 +253,8 @@ const OFF: Perturbation = Perturbation { mass: 0.2, com: 0.01, inertia: 0.2, fri
 proptest! {
     #![proptest_config(config())]
 
-    /// Payloads, perturbations, changes and the way through π keep the policy, of bodies and of what is none.
+    /// Payloads, perturbations, changes and the way through π keep the policy, of bodies and of
+    /// what is none.
     #[test]
     fn arms_of_an_arm_keep_its_policy(seed in any::<u64>(), policy in 0_usize..3) {
         let mut random = Random(seed);

@@ -10,7 +10,8 @@ use crate::random::Random;
 const ROUNDING: f64 = 1e-12;
 /// The same, through a mass matrix whose condition number reaches 1e5.
 const SOLVED: f64 = 1e-9;
-/// Fourth-order differences with a step of 2e-3: truncation and rounding about 1e-11 of the largest entry.
+/// Fourth-order differences with a step of 2e-3: truncation and rounding about 1e-11 of the largest
+/// entry.
 const DIFFERENCE: f64 = 1e-8;
 
 fn close<const R: usize, const C: usize>(

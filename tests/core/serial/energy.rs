@@ -31,7 +31,8 @@ fn moved<const N: usize>(x: &State<N>, rate: &State<N>, h: f64) -> State<N> {
     State(x.0 + rate.0 * h, x.1 + rate.1 * h, x.2 + rate.2 * h)
 }
 
-/// The largest error of the energy balance in RK4 with the given number of steps, and the energy lost to friction.
+/// The largest error of the energy balance in RK4 with the given number of steps, and the energy
+/// lost to friction.
 fn imbalance<const N: usize>(arm: &Serial<N>, steps: usize) -> (f64, f64) {
     let h = DURATION / steps as f64;
     let mut x = State(SVector::repeat(0.5), SVector::zeros(), 0.0);

@@ -1,5 +1,5 @@
-//! Dynamics of serial chains: against Lagrange's equations, against themselves, against the closed form of two links, against
-//! published numbers; and the refusals.
+//! Dynamics of serial chains: against Lagrange's equations, against themselves, against the closed
+//! form of two links, against published numbers; and the refusals.
 
 mod allocations;
 mod bodies;

@@ -12,7 +12,8 @@ fn diagonal(moments: [f64; 3]) -> Matrix3<f64> {
     Matrix3::from_diagonal(&moments.into())
 }
 
-/// The three-link arm in the docstrings of the Python package `modern_robotics` (Lynch and Park, Modern Robotics, 2017).
+/// The three-link arm in the docstrings of the Python package `modern_robotics` (Lynch and Park,
+/// Modern Robotics, 2017).
 ///
 /// Its first screw has |ω| = √2, so that its joint turns by √2 θ₁: see `SCALE`.
 fn modern_robotics() -> Serial<3> {
@@ -23,7 +24,8 @@ fn modern_robotics() -> Serial<3> {
     let m34 = Pose::at(Vector3::new(0.0, 0.0, 0.14225));
     let m02 = m01.then(&m12);
     let m03 = m02.then(&m23);
-    // Axes and a point on each: (ω, v) = (1, 0, 1, 0, 1, 0), (0, 1, 0, −0.089, 0, 0), (0, 1, 0, −0.089, 0, 0.425), v = −ω × p.
+    // Axes and a point on each: (ω, v) = (1, 0, 1, 0, 1, 0), (0, 1, 0, −0.089, 0, 0), (0, 1, 0,
+    // −0.089, 0, 0.425), v = −ω × p.
     let axes = [Vector3::new(1.0, 0.0, 1.0) / SQRT_2, Vector3::y(), Vector3::y()];
     let points = [[-0.5, 0.0, 0.5], [0.0, 0.0, 0.089], [0.425, 0.0, 0.089]].map(Vector3::from);
     let masses = [3.7, 8.393, 2.275];
@@ -100,10 +102,11 @@ fn denavit_hartenberg(d: f64, a: f64, alpha: f64) -> Pose {
     Pose::new(rotation, Vector3::new(a, 0.0, d))
 }
 
-/// The Puma 560 of Corke's Robotics Toolbox for MATLAB (`mdl_puma560`), after Corke and Armstrong-Hélouvry 1994.
+/// The Puma 560 of Corke's Robotics Toolbox for MATLAB (`mdl_puma560`), after Corke and
+/// Armstrong-Hélouvry 1994.
 ///
-/// Two figures there belong to no body: link 1 has no mass, and moments about its y alone; link 3's moments (0.066, 0.086,
-/// 0.0125) break the triangle inequality. They are taken as they stand.
+/// Two figures there belong to no body: link 1 has no mass, and moments about its y alone; link 3's
+/// moments (0.066, 0.086, 0.0125) break the triangle inequality. They are taken as they stand.
 fn puma() -> Serial<6> {
     // d, a, α | m, centre, moments about it | motor inertia, gear, motor viscous, motor Coulomb
     type Row = ([f64; 3], f64, [f64; 3], [f64; 3], [f64; 3], [f64; 2]);
@@ -176,8 +179,8 @@ fn puma() -> Serial<6> {
     Serial::new_with(parameters, Unphysical::Note).unwrap()
 }
 
-/// By hand: of link 1's Σ = diag(0.175, −0.175, 0.175) and link 3's diag(0.01625, −0.00375, 0.06975) what is negative is left
-/// out, so that I = tr(Σ) 1 − Σ.
+/// By hand: of link 1's Σ = diag(0.175, −0.175, 0.175) and link 3's diag(0.01625, −0.00375,
+/// 0.06975) what is negative is left out, so that I = tr(Σ) 1 − Σ.
 #[test]
 fn nearest_bodies_of_the_puma() {
     let as_stated = puma();

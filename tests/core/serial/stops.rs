@@ -1,4 +1,5 @@
-//! Stops at the ends of the joints' ranges: what they do, where they count, and what they do with energy.
+//! Stops at the ends of the joints' ranges: what they do, where they count, and what they do with
+//! energy.
 
 use approx::assert_relative_eq;
 use steadyarm::arm::{
@@ -69,7 +70,8 @@ fn stops_count_in_inverse_and_forward_dynamics_and_not_in_the_bias() {
     counts_in_both_dynamics::<12>();
 }
 
-/// A mass of 2 kg that hangs half a metre below a hinge, and is kept from its lowest position by a stop.
+/// A mass of 2 kg that hangs half a metre below a hinge, and is kept from its lowest position by a
+/// stop.
 fn pendulum(stop: JointStop) -> Serial<1> {
     let below = nalgebra::Vector3::z() * -0.5;
     let mut link = Link::new(
@@ -83,7 +85,8 @@ fn pendulum(stop: JointStop) -> Serial<1> {
     Serial::new(SerialParameters { links: [link], tip: Pose::IDENTITY, gravity }).unwrap()
 }
 
-/// The energy of the arm and of its stops' springs along 5 s of RK4 from within the range, and the last position.
+/// The energy of the arm and of its stops' springs along 5 s of RK4 from within the range, and the
+/// last position.
 fn energies(arm: &Serial<1>, steps: usize) -> (Vec<f64>, f64) {
     let h = 5.0 / steps as f64;
     let (mut q, mut dq) = (Vector::<1>::new(0.9), Vector::<1>::new(2.0));
@@ -115,8 +118,8 @@ fn a_stop_without_dissipation_keeps_the_energy_and_one_with_it_loses_some() {
     };
     let (coarse, fine) = (worst(10_000), worst(100_000));
     assert!(coarse < 1e-3, "{coarse:e}");
-    // The torque has a kink at an end. What that costs goes with the second power of the step, but also with where in a
-    // step the kink falls: ten times shorter steps give a hundred on average.
+    // The torque has a kink at an end. What that costs goes with the second power of the step, but
+    // also with where in a step the kink falls: ten times shorter steps give a hundred on average.
     assert!(coarse / fine > 10.0, "{coarse:e} {fine:e}");
     let (lost, _) = energies(&pendulum(STOP), 100_000);
     assert!(lost.windows(2).all(|pair| pair[1] <= pair[0] + fine));

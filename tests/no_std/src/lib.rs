@@ -30,7 +30,8 @@ pub extern "C" fn steadyarm_start() -> i32 {
     if tracker.is_some() { 0 } else { -1 }
 }
 
-/// One sample: position and velocity in, torque out, each of two joints. 0 if the sample was accepted.
+/// One sample: position and velocity in, torque out, each of two joints. 0 if the sample was
+/// accepted.
 ///
 /// # Safety
 /// `q` and `dq` point to two numbers each, `tau` to room for two.

@@ -1,4 +1,5 @@
-//! A step allocates nothing, whatever it is given: a million of them under an allocator that counts.
+//! A step allocates nothing, whatever it is given: a million of them under an allocator that
+//! counts.
 
 use crate::common::{self, Random, adaptive, everything, fresh, modified};
 use crate::counting::calls_during;

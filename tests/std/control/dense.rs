@@ -7,11 +7,13 @@ use steadyarm::math::Vector;
 use steadyarm::reference::{Reference, Setpoint};
 use steadyarm::sim::{Options, simulate};
 
-/// Both take the same steps and differ in the order of their sums only: 2e-15 was seen after 2000 steps.
+/// Both take the same steps and differ in the order of their sums only: 2e-15 was seen after 2000
+/// steps.
 const DENSE_TOL: f64 = 1e-12;
 const H: f64 = 1e-3;
 
-/// The whole state (q, q̇, W), with W multiplied by exp(leak t): RK4 of that is what "the leak is integrated exactly" means.
+/// The whole state (q, q̇, W), with W multiplied by exp(leak t): RK4 of that is what "the leak is
+/// integrated exactly" means.
 #[derive(Clone)]
 struct Whole {
     q: Vector<2>,
@@ -97,7 +99,8 @@ impl Dense<'_> {
         xi
     }
 
-    /// RK4 from t = 0, with the weights brought back into the projection's ball after each step; returns (q, q̇, W).
+    /// RK4 from t = 0, with the weights brought back into the projection's ball after each step;
+    /// returns (q, q̇, W).
     fn run(&self, start: [f64; 2], steps: usize) -> (Vector<2>, Vector<2>, Vec<f64>) {
         let a = self.controller.compensator.parameters().adaptation;
         let z = vec![0.0; self.controller.compensator.weights_len()];
@@ -120,7 +123,8 @@ impl Dense<'_> {
     }
 }
 
-/// κ_p of Pomet and Praly: from 0.9 R on it takes a growing share of the growth of |D|, at R all of it.
+/// κ_p of Pomet and Praly: from 0.9 R on it takes a growing share of the growth of |D|, at R all of
+/// it.
 fn projection(a: &Adaptation<2>, d: &[f64], growth: f64) -> f64 {
     let (outer, rules) = (a.projection_radius * a.projection_radius, d.len() / 2);
     let inner = 0.81 * outer;

@@ -1,4 +1,5 @@
-//! Whatever was done to a state: after a reset it is a new one, and after a restore the one that was saved, to the bit.
+//! Whatever was done to a state: after a reset it is a new one, and after a restore the one that
+//! was saved, to the bit.
 
 use std::fmt::Debug;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -98,7 +99,8 @@ enum Act {
 }
 
 fn act() -> impl Strategy<Value = Act> {
-    // 1e-310: flushed at times. 9e149: with many rules a step is refused for the weights, after all else was done.
+    // 1e-310: flushed at times. 9e149: with many rules a step is refused for the weights, after all
+    // else was done.
     let sizes = prop::sample::select(vec![0.0, 1e-310, 0.1, 10.0, 9e149]);
     let periods = prop::sample::select(vec![1e-9, 1e-3, 0.1, 1.0]);
     prop_oneof![
@@ -333,8 +335,8 @@ proptest! {
     }
 }
 
-/// The plain case: a prior of ones, one step, and then each way to forget it. A tracker at rest without weights asks for
-/// no torque at all.
+/// The plain case: a prior of ones, one step, and then each way to forget it. A tracker at rest
+/// without weights asks for no torque at all.
 #[test]
 fn an_old_prior_leaves_nothing_in_the_estimate() {
     let pulls = [

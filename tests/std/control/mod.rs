@@ -1,5 +1,5 @@
-//! The controller: one step of it, the adaptive law against a dense integration, the robust modifications, what may be
-//! done to the weights, the refusals, and laws from outside.
+//! The controller: one step of it, the adaptive law against a dense integration, the robust
+//! modifications, what may be done to the weights, the refusals, and laws from outside.
 
 mod allocations;
 mod dense;

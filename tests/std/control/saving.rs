@@ -95,8 +95,8 @@ fn a_file_of_another_controller_is_refused() {
     assert!(weights(&plain, &state.compensator).iter().all(|w| *w == 0.0));
 }
 
-/// Magic of 12 bytes, joints, rules; then the flags, of which 16 says that the norms of both joints stand before the
-/// checksum.
+/// Magic of 12 bytes, joints, rules; then the flags, of which 16 says that the norms of both joints
+/// stand before the checksum.
 fn without_norms(bytes: &[u8]) -> Vec<u8> {
     let mut old = bytes[..bytes.len() - 24].to_vec();
     assert_eq!(old[28] & 16, 16);

@@ -1,4 +1,5 @@
-//! One sample of the controller: what is refused, what a refusal leaves alone, and what the torque may be.
+//! One sample of the controller: what is refused, what a refusal leaves alone, and what the torque
+//! may be.
 
 use crate::common::{
     self, Adaptive, AdaptiveState, Random, adaptive, bits, everything, fresh, modified, weights,
@@ -15,7 +16,8 @@ use steadyarm::sim::{Motion, hold_torque};
 use steadyarm::{Error, Problem};
 
 const H: f64 = 1e-3;
-/// The time after the release of a limit within which the error must be what it would have been [s].
+/// The time after the release of a limit within which the error must be what it would have been
+/// [s].
 const RECOVERY: f64 = 1.0;
 
 fn controller() -> Adaptive {

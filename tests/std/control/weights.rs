@@ -171,7 +171,8 @@ fn nothing_is_learnt_inside_the_dead_zone() {
     assert!(state.compensator.weights_norm() > 0.0);
 }
 
-/// Denormal numbers would slow every later step: they are looked for every so many steps and set to zero.
+/// Denormal numbers would slow every later step: they are looked for every so many steps and set to
+/// zero.
 #[test]
 fn weights_that_fade_never_stay_denormal() {
     let controller = error_inputs(Adaptation { leak_rate: 735.0, ..law(7.0) });

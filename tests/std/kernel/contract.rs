@@ -1,5 +1,5 @@
-//! Seven joints on a grid of 6.1 billion rules, and the contract of a step: finite, refusals without a trace, no
-//! allocation; and what a constructor refuses.
+//! Seven joints on a grid of 6.1 billion rules, and the contract of a step: finite, refusals
+//! without a trace, no allocation; and what a constructor refuses.
 
 use steadyarm::control::{
     Adaptation, FuzzyParameters, Gains, Inputs, KernelCompensator, KernelParameters, KernelState,

@@ -1,4 +1,5 @@
-//! While nothing is merged and nothing goes, the kernel form is the grid that is written out, to rounding.
+//! While nothing is merged and nothing goes, the kernel form is the grid that is written out, to
+//! rounding.
 
 use steadyarm::control::{Adaptation, State};
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
@@ -115,7 +116,8 @@ fn runs_in_continuous_time_agree_with_the_grid() {
         for (name, adaptation) in laws() {
             runs(name, normalized, adaptation, &options);
         }
-        // The projection has a corner, where an error estimate, and with it the step, scatters with the last digit.
+        // The projection has a corner, where an error estimate, and with it the step, scatters with
+        // the last digit.
         let smooth = Adaptation { projection_radius: f64::INFINITY, ..everything(40.0) };
         let leak = Adaptation { leak_rate: 0.5, ..law(40.0) };
         runs("DP5(4)", normalized, law(40.0), &dp54);
@@ -149,7 +151,8 @@ fn a_stage_that_is_held_teaches_nothing() {
 
 #[test]
 fn a_leak_of_many_lifetimes_goes_into_the_coefficients() {
-    // exp(−300 · 0.5) a step: the scale passes 1e-100 every other step, and what was learnt first is gone.
+    // exp(−300 · 0.5) a step: the scale passes 1e-100 every other step, and what was learnt first
+    // is gone.
     let pair = both(true, Adaptation { leak_rate: 300.0, ..law(40.0) }, 64, 0.0);
     drive(&pair, 60, 0.5, |k, dense, kernel| {
         let wanted = common::weights(&pair.0, &dense.compensator);

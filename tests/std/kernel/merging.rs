@@ -1,4 +1,5 @@
-//! What merging and dropping lose stays below the bound that the state reports, and |W| is that of the dictionary.
+//! What merging and dropping lose stays below the bound that the state reports, and |W| is that of
+//! the dictionary.
 
 use steadyarm::control::{Adaptation, Compensator, Sample};
 use steadyarm::sim::RK4;
@@ -12,7 +13,8 @@ const NORM_TOL: f64 = 1e-11;
 const STEPS: usize = 2000;
 const DT: f64 = 0.01;
 
-/// Laws whose drive and pull do not depend on W: the grid that is written out takes the very same terms.
+/// Laws whose drive and pull do not depend on W: the grid that is written out takes the very same
+/// terms.
 fn open_laws() -> [(&'static str, Adaptation<2>); 4] {
     let plain = law(40.0);
     [
@@ -23,7 +25,8 @@ fn open_laws() -> [(&'static str, Adaptation<2>); 4] {
     ]
 }
 
-/// The rows of W are no farther from those written out than the state says; returns the bound and the true distance.
+/// The rows of W are no farther from those written out than the state says; returns the bound and
+/// the true distance.
 fn assert_bounded(
     name: &str,
     (dense, kernel): &(Adaptive, Kernel),
@@ -71,7 +74,8 @@ fn what_is_merged_stays_below_the_bound() {
                         );
                     }
                 });
-                // A bound that is never near the truth would be worth nothing, and a loss of nothing no test.
+                // A bound that is never near the truth would be worth nothing, and a loss of
+                // nothing no test.
                 let [bound, lost] = sizes;
                 assert!(lost > 1e-6 && bound < 1e3 * lost, "{name}: {bound:e} for {lost:e}");
             }
@@ -106,7 +110,8 @@ fn a_full_dictionary_stays_full_counts_what_goes_and_keeps_its_bound() {
     }
 }
 
-/// RK4's four stages at given samples: later ones see what earlier ones of the same step became, merged or not.
+/// RK4's four stages at given samples: later ones see what earlier ones of the same step became,
+/// merged or not.
 #[test]
 fn stages_of_one_step_are_merged_one_after_the_other() {
     for (capacity, tolerance) in [(2000, 0.02), (24, 0.02), (3, 0.0), (500, 0.3)] {

@@ -1,4 +1,5 @@
-//! Riccati equations of a size known when running: solutions known by construction, any symmetric Q.
+//! Riccati equations of a size known when running: solutions known by construction, any symmetric
+//! Q.
 
 use crate::random::Random;
 use nalgebra::{DMatrix, SMatrix};

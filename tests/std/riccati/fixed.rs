@@ -1,4 +1,5 @@
-//! The Riccati equations: golden values, substitution over many systems, agreement with the closed form.
+//! The Riccati equations: golden values, substitution over many systems, agreement with the closed
+//! form.
 
 use crate::random::Random;
 use nalgebra::{DMatrix, DVector, SMatrix};
@@ -55,7 +56,8 @@ fn close(got: f64, wanted: f64, tolerance: f64) {
     assert!((got - wanted).abs() <= tolerance * wanted.abs(), "got {got}, wanted {wanted}");
 }
 
-/// The equation again, written down independently of the crate: |left side| over the norms of its terms.
+/// The equation again, written down independently of the crate: |left side| over the norms of its
+/// terms.
 fn substituted<const S: usize, const M: usize>(
     a: &SMatrix<f64, S, S>,
     f: &SMatrix<f64, S, M>,
@@ -176,7 +178,8 @@ fn bounded_real_accepts_above_and_refuses_below_its_limit() {
     substitute_bounded::<14, 7>(&mut random, 20);
 }
 
-/// σ(ω) of a single input by another way: `[−A −ω; ω −A] [re; im] = [b; 0]`, then `σ² = reᵀQ re + imᵀQ im`.
+/// σ(ω) of a single input by another way: `[−A −ω; ω −A] [re; im] = [b; 0]`, then
+/// `σ² = reᵀQ re + imᵀQ im`.
 fn response<const S: usize>(
     a: &SMatrix<f64, S, S>,
     b: &SMatrix<f64, S, 1>,
@@ -282,7 +285,8 @@ fn closed_form_equals_the_general_solver() {
         let gamma = limit * near;
         let closed = joint(kp, kv, q1, q2, gamma).unwrap();
         let general = bounded_real(&a, &b, &q, gamma).unwrap();
-        // At the limit two solutions meet: P is good to the root of the rounding, relative to its distance from the limit.
+        // At the limit two solutions meet: P is good to the root of the rounding, relative to its
+        // distance from the limit.
         let tolerance = 1e-10 / (near - 1.0).min(1.0).sqrt();
         close(general.p[(0, 0)], closed.p11, tolerance);
         close(general.p[(1, 1)], closed.p22, tolerance);

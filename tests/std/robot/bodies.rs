@@ -1,4 +1,5 @@
-//! Mass distributions: one rule for every way in, asked of what moves together, and three answers to what no body is.
+//! Mass distributions: one rule for every way in, asked of what moves together, and three answers
+//! to what no body is.
 
 use std::fmt::Write;
 
@@ -39,7 +40,8 @@ fn notes_of<'a>(arm: &'a Description, link: &str) -> Vec<&'a String> {
     arm.notes.iter().filter(|note| note.contains(&format!("link \"{link}\""))).collect()
 }
 
-/// A dummy tool frame as the vendor's Sawyer has it, six times 1e-8, is no body; the hand with it is one to 15 digits.
+/// A dummy tool frame as the vendor's Sawyer has it, six times 1e-8, is no body; the hand with it
+/// is one to 15 digits.
 #[test]
 fn part_that_is_no_body_is_read_as_part_of_one_and_noted() {
     let six = "ixx=\"1e-8\" ixy=\"1e-8\" ixz=\"1e-8\" iyy=\"1e-8\" iyz=\"1e-8\" izz=\"1e-8\"";
@@ -86,8 +88,8 @@ fn refusal_says_the_way_on() {
     }
 }
 
-/// The trunk's moments become its nearest body's, or stay; the note has its size: 0.9 − (0.3 + 0.4) = 0.2, but for the
-/// products of inertia.
+/// The trunk's moments become its nearest body's, or stay; the note has its size:
+/// 0.9 − (0.3 + 0.4) = 0.2, but for the products of inertia.
 #[test]
 fn policies_take_what_they_say_and_note_it() {
     let text = VALID.replace(IMPOSSIBLE[0], IMPOSSIBLE[1]);
@@ -129,7 +131,8 @@ fn policies_take_what_they_say_and_note_it() {
     assert!(error.message.contains("ignore") && error.message.contains("note"), "{error}");
 }
 
-/// An arm whose M is not positive definite cannot be simulated, whatever is taken; the joint is named.
+/// An arm whose M is not positive definite cannot be simulated, whatever is taken; the joint is
+/// named.
 #[test]
 fn mass_matrix_is_asked_for_by_any_policy() {
     let text = VALID.replace("izz=\"0.5\"", "izz=\"-50\"");
@@ -238,7 +241,8 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// Any arm of any policy, loaded and perturbed, is the same after writing and reading, and moves the same.
+    /// Any arm of any policy, loaded and perturbed, is the same after writing and reading, and
+    /// moves the same.
     #[test]
     fn files_keep_the_policy_and_every_bit(
         moments in prop::array::uniform3(0.05..1.0_f64),

@@ -18,7 +18,8 @@ fn assert_says(error: &ReadError, line: Option<usize>, words: &[&str]) {
     }
 }
 
-/// Replaces the first `old` and reads; the line is that in which `new` begins, or `at` in the broken text.
+/// Replaces the first `old` and reads; the line is that in which `new` begins, or `at` in the
+/// broken text.
 #[track_caller]
 fn refused_at(old: &str, new: &str, at: &str, words: &[&str]) {
     assert!(VALID.contains(old), "{old}");

@@ -27,7 +27,8 @@ const BLOCK: &str = r#"<link name="block"><inertial><origin xyz="0.1 0 0"/><mass
 #[test]
 fn fixed_links_are_merged_as_if_they_were_one() {
     let arm = read(&with(&BLOCK.replace("TYPE", "fixed"))).unwrap();
-    // In the hand's frame: the hand 1 kg at 0; the block 3 kg at (0, 0.2, 0.05 + 0.4) + R (0.1, 0, 0), R x = y.
+    // In the hand's frame: the hand 1 kg at 0; the block 3 kg at (0, 0.2, 0.05 + 0.4) + R (0.1, 0,
+    // 0), R x = y.
     let com = nalgebra::Vector3::new(0.0, 0.3, 0.45);
     let merged = com * 0.75;
     let about = |m: f64, d: nalgebra::Vector3<f64>| {

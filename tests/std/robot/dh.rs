@@ -1,4 +1,5 @@
-//! Denavit-Hartenberg tables: both conventions against the transforms of their definition, and against each other.
+//! Denavit-Hartenberg tables: both conventions against the transforms of their definition, and
+//! against each other.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use steadyarm::arm::JointKind;
@@ -86,8 +87,8 @@ fn masses_stand_where_the_tables_frames_are() {
     }
 }
 
-/// The same Puma in the two conventions: Craig's rows hold the a and α of the row before, and its frames i are ours; a link's
-/// mass distribution is moved by T_x(a) R_x(α).
+/// The same Puma in the two conventions: Craig's rows hold the a and α of the row before, and its
+/// frames i are ours; a link's mass distribution is moved by T_x(a) R_x(α).
 #[test]
 fn standard_and_modified_tables_of_the_puma_are_the_same_arm() {
     let standard = super::tables::puma_bodies();

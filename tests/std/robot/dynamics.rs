@@ -1,4 +1,5 @@
-//! Kinematics and energies of a chain, written out from the definitions: the oracle for what is read.
+//! Kinematics and energies of a chain, written out from the definitions: the oracle for what is
+//! read.
 
 use nalgebra::{DMatrix, DVector, Isometry3, Matrix3, Translation3, UnitQuaternion, Vector3};
 use steadyarm::arm::{JointKind, Pose};

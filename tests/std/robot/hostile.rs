@@ -5,7 +5,8 @@ use crate::random::Random;
 use std::time::{Duration, Instant};
 use steadyarm::robot::{Description, GRAVITY};
 
-/// Far more than a 16 MiB file takes on a slow machine, far less than work that grows with its square.
+/// Far more than a 16 MiB file takes on a slow machine, far less than work that grows with its
+/// square.
 const AT_ONCE: Duration = Duration::from_secs(20);
 
 #[track_caller]

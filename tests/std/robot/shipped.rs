@@ -39,7 +39,8 @@ fn ur5e_reaches_as_published() {
     assert!((tip - nalgebra::Vector3::from(wanted)).amax() < 1e-15, "{tip}");
 }
 
-/// At q = 0 Franka's flange stands 0.088 m ahead and 0.333 + 0.316 + 0.384 − 0.107 m up, pointing down.
+/// At q = 0 Franka's flange stands 0.088 m ahead and 0.333 + 0.316 + 0.384 − 0.107 m up, pointing
+/// down.
 #[test]
 fn panda_reaches_as_published() {
     let tip = frames(&shipped("panda").unwrap(), &[0.0; 7]).1;
@@ -88,7 +89,8 @@ fn puma_has_corkes_mass_matrix() {
     assert!((got - nalgebra::DMatrix::from_row_slice(6, 6, &wanted)).amax() < FOUR_DECIMALS);
 }
 
-/// The published moments are none of rigid bodies; moving a part from link 3 to link 2 changes no torque.
+/// The published moments are none of rigid bodies; moving a part from link 3 to link 2 changes no
+/// torque.
 #[test]
 fn puma_made_of_bodies_moves_as_the_published_one() {
     let arm = shipped("puma560").unwrap();
@@ -111,7 +113,8 @@ fn puma_made_of_bodies_moves_as_the_published_one() {
     }
 }
 
-/// Heights and width of the sigmoid that was identified, but for its shift: far from standstill they agree.
+/// Heights and width of the sigmoid that was identified, but for its shift: far from standstill
+/// they agree.
 #[test]
 fn panda_has_the_identified_friction_at_speed() {
     let sigmoid = |x: f64| 1.0 / (1.0 + (-x).exp());

@@ -20,7 +20,8 @@ fn named(mut arm: Description, names: &[[&str; 2]]) -> Description {
     arm
 }
 
-/// Corke and Armstrong-Hélouvry 1994: standard table, masses, moments, and per motor: inertia, gear, viscous, Coulomb.
+/// Corke and Armstrong-Hélouvry 1994: standard table, masses, moments, and per motor: inertia,
+/// gear, viscous, Coulomb.
 pub fn puma_rows() -> [DhRow; 6] {
     let row = |a,
                d,
@@ -102,8 +103,9 @@ pub fn puma_rows() -> [DhRow; 6] {
 
 /// The published figures made those of rigid bodies, without a change to any torque.
 ///
-/// Link 1 turns about its y only: its other moments and its mass, on the axis, do nothing. A body's moments about the axes
-/// across a joint may be moved to the link before: δ (1 − z zᵀ) turns with the one as with the other.
+/// Link 1 turns about its y only: its other moments and its mass, on the axis, do nothing. A body's
+/// moments about the axes across a joint may be moved to the link before: δ (1 − z zᵀ) turns with
+/// the one as with the other.
 pub fn puma_bodies() -> [DhRow; 6] {
     const MOVED: f64 = 0.01;
     let mut rows = puma_rows();
@@ -118,7 +120,8 @@ pub fn puma() -> Description {
     Description::from_dh("Puma 560", &puma_bodies(), Convention::Standard, GRAVITY).unwrap()
 }
 
-/// Universal Robots: standard table, masses and centres of mass; tensors about them, in the same frames.
+/// Universal Robots: standard table, masses and centres of mass; tensors about them, in the same
+/// frames.
 pub fn ur5e() -> Description {
     let row = |a, d, alpha, inertia, effort| {
         let limits = JointLimits { lower: -2.0 * PI, upper: 2.0 * PI, velocity: PI, effort };
@@ -203,8 +206,8 @@ pub fn ur5e() -> Description {
     named(Description::from_dh("UR5e", &rows, Convention::Standard, GRAVITY).unwrap(), &names)
 }
 
-/// Friction of Gaz et al., f = φ₁ σ(φ₂ (q̇ + φ₃)) − φ₁ σ(φ₂ φ₃), as heights in each direction and a width: σ is half of
-/// 1 + tanh(·/2). Its shift along the speed is left out.
+/// Friction of Gaz et al., f = φ₁ σ(φ₂ (q̇ + φ₃)) − φ₁ σ(φ₂ φ₃), as heights in each direction and a
+/// width: σ is half of 1 + tanh(·/2). Its shift along the speed is left out.
 pub fn sigmoid([height, steepness, shift]: [f64; 3]) -> JointFriction {
     let below = height / (1.0 + exp(-steepness * shift));
     JointFriction {

@@ -1,4 +1,5 @@
-//! Our own format: what is written is read back bit for bit, and everything else is refused with its line.
+//! Our own format: what is written is read back bit for bit, and everything else is refused with
+//! its line.
 
 use steadyarm::arm::{JointFriction, JointKind, JointLimits, JointStop};
 use steadyarm::robot::{Description, SHIPPED, shipped};
@@ -128,7 +129,8 @@ fn what_may_be_absent_is_as_said() {
     assert_eq!(link.stop, JointStop::default());
 }
 
-/// Replaces the first `old` of the written file; the error must be in the line of `at` in the broken one.
+/// Replaces the first `old` of the written file; the error must be in the line of `at` in the
+/// broken one.
 #[track_caller]
 fn refused(old: &str, new: &str, at: Option<&str>, words: &[&str]) {
     let good = read(VALID).unwrap().to_toml();

@@ -12,8 +12,8 @@ use steadyarm::sim::{Method, Options, Run, Tolerance, simulate};
 /// Rounding of some hundred steps.
 const ROUNDING: f64 = 1e-12;
 
-/// The projection has a kink: there rounding decides whether a step is tried again, and the weights differ by what a
-/// step of this tolerance leaves.
+/// The projection has a kink: there rounding decides whether a step is tried again, and the weights
+/// differ by what a step of this tolerance leaves.
 const KINK: f64 = 1e-7;
 
 type Weights = FuzzyState<2, Vec<f64>>;

@@ -1,4 +1,5 @@
-//! Joints that turn without an end: an error around the circle, in step, in every loop and in every record.
+//! Joints that turn without an end: an error around the circle, in step, in every loop and in every
+//! record.
 
 use std::f64::consts::{PI, TAU};
 
@@ -53,8 +54,9 @@ fn fresh(controller: &Controller) -> Memory {
     State::new(controller.compensator.state())
 }
 
-/// Torques of 200 steps and the state they end in, where the encoders are off by these turns from step 50 on. Positions
-/// are multiples of 2⁻⁴⁰, so that a few turns of the f64 next to 2π can be added to them without rounding.
+/// Torques of 200 steps and the state they end in, where the encoders are off by these turns from
+/// step 50 on. Positions are multiples of 2⁻⁴⁰, so that a few turns of the f64 next to 2π can be
+/// added to them without rounding.
 fn driven(controller: &Controller, turns: [f64; 2]) -> (Vec<Vector<2>>, Vec<u8>) {
     let mut state = fresh(controller);
     let grid = |x: f64| (x * 2f64.powi(40)).round() / 2f64.powi(40);
@@ -84,7 +86,8 @@ fn a_jump_of_an_encoder_by_turns_changes_no_bit_of_the_torque() {
     }
 }
 
-/// Where the model has the angle, it is as it was read: sin(q + 2π) is off by the rounding of 2π, 2.4e-16 a turn.
+/// Where the model has the angle, it is as it was read: sin(q + 2π) is off by the rounding of 2π,
+/// 2.4e-16 a turn.
 #[test]
 fn a_jump_of_any_joint_leaves_the_torque_but_for_the_rounding_of_a_turn() {
     let (tau, _) = driven(&controller(ENDLESS), [0.0; 2]);
@@ -129,7 +132,8 @@ fn only_the_joints_that_wrap_have_their_error_taken_around_the_circle() {
     assert_eq!(half.e, Vector::<2>::new(-PI, -PI));
 }
 
-/// Both joints turn at 2 rad/s, eight turns in all; with `wrapped` the reference says so as an angle in [−π, π).
+/// Both joints turn at 2 rad/s, eight turns in all; with `wrapped` the reference says so as an
+/// angle in [−π, π).
 #[derive(Clone, Copy)]
 struct Turning {
     wrapped: bool,
@@ -155,7 +159,8 @@ fn tracked(reference: Turning, options: &Options<2>) -> Run<2> {
 
 const DP54: Method = Method::Dp54(Tolerance { rtol: 1e-9, atol: 1e-12 });
 
-/// The same motion by both references, in every loop: RK4 and Dormand-Prince in continuous time, and sampled.
+/// The same motion by both references, in every loop: RK4 and Dormand-Prince in continuous time,
+/// and sampled.
 #[test]
 fn a_reference_that_jumps_by_a_turn_is_the_one_that_goes_on() {
     for (method, period) in [(Method::Rk4, None), (DP54, None), (Method::Rk4, Some(1e-2))] {

@@ -197,7 +197,8 @@ fn every_bad_option_is_refused_by_name() {
     assert_eq!(period.parameter(), "control_period / dt");
 }
 
-/// A row of all signals holds t, |W|, V and twelve vectors, one of the motion t and two; both ends are rows.
+/// A row of all signals holds t, |W|, V and twelve vectors, one of the motion t and two; both ends
+/// are rows.
 #[test]
 fn a_record_too_large_is_refused_with_its_size() {
     for (every, record, rows, row_bytes) in [

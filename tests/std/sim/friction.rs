@@ -1,5 +1,5 @@
-//! Friction that is stiff at the period of the step: right where RK4 is not, dry friction that sticks, what is said where
-//! a step is too long.
+//! Friction that is stiff at the period of the step: right where RK4 is not, dry friction that
+//! sticks, what is said where a step is too long.
 
 use steadyarm::arm::{
     Arm, Friction, Inertia, JointFriction, JointKind, JointLimits, JointStop, Link, Pose, Serial,
@@ -51,8 +51,9 @@ fn rms<const N: usize>(run: &Run<N>) -> f64 {
     metrics(0, &run.t, &run.e, &run.tau, window).unwrap().rms_e
 }
 
-/// 5e-4 kg m² with 0.6 N m of Coulomb friction, 0.3 N m s/rad: at 1 ms RK4 loses the friction and turns the comparison round.
-/// RMS over 4 s from an independent program: ARS(4,4,3) with steps of 5 µs and RK4 with 1 µs, which agree to 4e-10 rad.
+/// 5e-4 kg m² with 0.6 N m of Coulomb friction, 0.3 N m s/rad: at 1 ms RK4 loses the friction and
+/// turns the comparison round. RMS over 4 s from an independent program: ARS(4,4,3) with steps of 5
+/// µs and RK4 with 1 µs, which agree to 4e-10 rad.
 #[test]
 fn a_comparison_on_a_light_stiff_wrist_is_not_turned_round() {
     let plant = Plant::new(joint(5e-4, smooth(0.3, 0.6)), Undisturbed);
@@ -88,7 +89,8 @@ fn a_comparison_on_a_light_stiff_wrist_is_not_turned_round() {
     }
 }
 
-/// v(t) = v₀ e^(−t b/I) for viscous friction alone, b/I = 1e5 /s: R(−100) is to be nearly 0, where RK4 grows to 4e6.
+/// v(t) = v₀ e^(−t b/I) for viscous friction alone, b/I = 1e5 /s: R(−100) is to be nearly 0, where
+/// RK4 grows to 4e6.
 #[test]
 fn a_damped_joint_stops_in_one_step() {
     let plant = Plant::new(joint(1e-4, smooth(10.0, 0.0)), Undisturbed);
@@ -97,9 +99,10 @@ fn a_damped_joint_stops_in_one_step() {
     assert!(next.dq[0].abs() < 0.05, "{}", next.dq[0]);
 }
 
-/// From rest under a held force f: v = (1 − e^(−x)) f/b and q = (h f − m v)/b exactly, x = h b/m. A loop whose torque cancels
-/// b q̇ adds up what a step leaves of that, so it is held to 0.5 % from x = 0.01 to 1000: on a slide alone, where RK4 follows
-/// the parts of a step, and below another at right angles to it, at rest in stiff friction.
+/// From rest under a held force f: v = (1 − e^(−x)) f/b and q = (h f − m v)/b exactly, x = h b/m. A
+/// loop whose torque cancels b q̇ adds up what a step leaves of that, so it is held to 0.5 % from
+/// x = 0.01 to 1000: on a slide alone, where RK4 follows the parts of a step, and below another at
+/// right angles to it, at rest in stiff friction.
 #[test]
 fn what_a_held_force_gives_a_damped_slide_is_right_however_much_it_is_damped() {
     let (h, mass, force) = (1e-3, 2.0, 3.0);
@@ -186,8 +189,9 @@ fn fall(arm: TwoLink, dt: f64) -> Motion<2> {
     motion
 }
 
-/// A pendulum of two links, its friction 200 times too stiff for RK4 at 1 ms, against steps of 2 µs, which are not. Where a
-/// step is stiff the order of the method is not reached: the error falls about as the step.
+/// A pendulum of two links, its friction 200 times too stiff for RK4 at 1 ms, against steps of 2
+/// µs, which are not. Where a step is stiff the order of the method is not reached: the error falls
+/// about as the step.
 #[test]
 fn the_error_of_a_stiff_step_is_small_and_falls_with_it() {
     let friction = Friction { viscous: [0.5, 20.0], coulomb: [0.02, 0.2], smoothing: [0.01; 2] };
@@ -209,7 +213,8 @@ fn a_smooth_arm_keeps_order_four() {
     }
 }
 
-/// A controller that knows the friction cancels it: the loop is the one without, to the error of RK4.
+/// A controller that knows the friction cancels it: the loop is the one without, to the error of
+/// RK4.
 #[test]
 fn friction_that_the_controller_knows_is_cancelled_in_continuous_time() {
     let gains = Gains::new([100.0], [20.0]).unwrap();
@@ -241,7 +246,8 @@ fn energy<const N: usize>(arm: &Serial<N>, at: &Motion<N>) -> f64 {
     arm.kinetic_energy(&at.q, &at.dq) + arm.potential_energy(&at.q)
 }
 
-/// Ten seconds of undriven chains without gravity: through friction alone, energy never rises by more than 1e-4 of its start.
+/// Ten seconds of undriven chains without gravity: through friction alone, energy never rises by
+/// more than 1e-4 of its start.
 fn friction_takes_energy<const N: usize>(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let mut random = Random(seed);
@@ -277,8 +283,8 @@ fn friction_never_gives_energy() {
     friction_takes_energy::<7>(200..210);
 }
 
-/// Every joint is either held within what its friction can hold, or slips against all of it: the box problem of the
-/// acceleration, substituted back.
+/// Every joint is either held within what its friction can hold, or slips against all of it: the
+/// box problem of the acceleration, substituted back.
 #[test]
 fn accelerations_at_rest_satisfy_what_friction_may_be() {
     for seed in 0..300 {
@@ -357,7 +363,8 @@ fn a_step_too_long_for_the_motion_is_told_and_named() {
     assert!(told.to_string().contains("before that, dt = 2 s is too long"), "{told}");
 }
 
-/// What friction does at the stages of a step enters the identity with the weights of the implicit method.
+/// What friction does at the stages of a step enters the identity with the weights of the implicit
+/// method.
 #[test]
 fn the_dissipation_identity_holds_through_stiff_friction() {
     let friction = Friction { viscous: [0.5, 0.2], coulomb: [1.0, 0.5], smoothing: [0.001; 2] };
@@ -376,7 +383,8 @@ fn the_dissipation_identity_holds_through_stiff_friction() {
     assert!(coarse < 1e-5 && fine < coarse / 8.0, "{coarse:e} {fine:e}");
 }
 
-/// b q + I v = ∫τ dt for viscous friction alone: q(h) = τ/b (h − T(1 − e^(−h/T))), T = I/b, from rest.
+/// b q + I v = ∫τ dt for viscous friction alone: q(h) = τ/b (h − T(1 − e^(−h/T))), T = I/b, from
+/// rest.
 #[test]
 fn a_damped_joint_goes_as_far_as_its_impulse_says() {
     let plant = Plant::new(joint(1e-4, smooth(1.0, 0.0)), Undisturbed);
@@ -388,7 +396,8 @@ fn a_damped_joint_goes_as_far_as_its_impulse_says() {
     assert!((next.q[0] / exact - 1.0).abs() < 0.01, "{:e} {exact:e}", next.q[0]);
 }
 
-/// Stribeck's friction falls once the joint moves: 5 % above what holds it, it must run away with at least (τ − hold)/I.
+/// Stribeck's friction falls once the joint moves: 5 % above what holds it, it must run away with
+/// at least (τ − hold)/I.
 #[test]
 fn a_joint_that_breaks_away_from_stribecks_friction_does_not_creep() {
     for (inertia, smoothing) in [(0.017, 0.0), (0.017, 0.01), (1e-3, 0.0), (0.1, 0.0)] {
@@ -409,8 +418,8 @@ fn a_joint_that_breaks_away_from_stribecks_friction_does_not_creep() {
     }
 }
 
-/// What a controller adds that is no part of the plant's friction (larger, or with another smoothing) stays explicit: it is told
-/// where that is stiff, and right where it is not.
+/// What a controller adds that is no part of the plant's friction (larger, or with another
+/// smoothing) stays explicit: it is told where that is stiff, and right where it is not.
 #[test]
 fn friction_that_is_no_part_of_the_plants_is_told_where_it_is_stiff() {
     let gains = Gains::new([100.0], [20.0]).unwrap();

@@ -1,4 +1,5 @@
-//! The dissipation identity and the bound of the theorem, and the wrong sign of the law that both must catch.
+//! The dissipation identity and the bound of the theorem, and the wrong sign of the law that both
+//! must catch.
 
 use crate::common::{
     self, Adaptive, adaptive, everything, fresh, law, modified, on, reference, run, with_parameters,
@@ -67,7 +68,8 @@ fn identity_holds_with_every_modification_and_attenuation_level() {
     }
 }
 
-/// The laws here are smooth; a dead zone has a corner, and the stiff readings need steps below 2 ms.
+/// The laws here are smooth; a dead zone has a corner, and the stiff readings need steps below 2
+/// ms.
 #[test]
 fn identity_residual_falls_with_the_fourth_power_of_the_step() {
     let plain = law(7.0);
@@ -124,8 +126,8 @@ fn tracking_error_is_bounded_by_the_uncertainty() {
     }
 }
 
-/// (18) with the printed minus applied to W: the negated error flips s, and mirrors the sets of every input, which
-/// for symmetric centres only renames the rules.
+/// (18) with the printed minus applied to W: the negated error flips s, and mirrors the sets of
+/// every input, which for symmetric centres only renames the rules.
 struct Flipped(FuzzyCompensator<2>);
 
 type Weights = FuzzyState<2, Vec<f64>>;
@@ -163,8 +165,8 @@ pub fn flipped(options: &Options<2>) -> Run<2> {
     simulate(&common::plant(), &wrong, &mut state, &reference(), options, on).unwrap()
 }
 
-/// The motion passes every bound at 8.9 s, or 9.4 s with a tight tolerance (it is chaotic by then). A fixed step of 1 ms
-/// follows it for 5 s only, and ends later.
+/// The motion passes every bound at 8.9 s, or 9.4 s with a tight tolerance (it is chaotic by then).
+/// A fixed step of 1 ms follows it for 5 s only, and ends later.
 #[test]
 fn the_printed_sign_applied_to_the_weights_diverges() {
     let method = Method::Dp54(Tolerance { rtol: 1e-3, atol: 1e-3 });

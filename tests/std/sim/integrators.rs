@@ -1,4 +1,5 @@
-//! Order conditions of the tableaus over all rooted trees (Butcher), and the orders that are observed.
+//! Order conditions of the tableaus over all rooted trees (Butcher), and the orders that are
+//! observed.
 
 use crate::common::{FORMS, adaptive, run};
 use steadyarm::fuzzy::Form;
@@ -35,7 +36,8 @@ impl Tree {
     }
 }
 
-/// All rooted trees of an order: multisets of branches, taken in ascending order of their place in a list.
+/// All rooted trees of an order: multisets of branches, taken in ascending order of their place in
+/// a list.
 fn trees(order: usize) -> Vec<Tree> {
     let smaller: Vec<Tree> = (1..order).flat_map(trees).collect();
     let mut found = Vec::new();

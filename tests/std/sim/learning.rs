@@ -1,5 +1,5 @@
-//! Whether something was learnt: the freeze test. Adaptation stops, the weights stay; the error stays low only if they
-//! belong to a place and not to the moment.
+//! Whether something was learnt: the freeze test. Adaptation stops, the weights stay; the error
+//! stays low only if they belong to a place and not to the moment.
 
 use crate::common::{self, Adaptive, fresh, law, modified, on};
 use steadyarm::control::Inputs;
@@ -33,7 +33,8 @@ fn before_and_after(controller: &Adaptive) -> [f64; 2] {
 /// RMS of |e| without any compensation, from simulation 2 [rad].
 const UNCOMPENSATED: f64 = 0.4877;
 
-/// Grid, normalised, gain 700: the RMS goes 0.0609 to 0.0552 rad with (q, dq), 0.0886 to 0.0868 with (q_d, dq_d).
+/// Grid, normalised, gain 700: the RMS goes 0.0609 to 0.0552 rad with (q, dq), 0.0886 to 0.0868
+/// with (q_d, dq_d).
 #[test]
 fn what_was_learnt_of_a_place_stays_right_when_learning_stops() {
     for (inputs, most) in [(Inputs::state(), 0.065), (Inputs::reference(), 0.095)] {
@@ -43,8 +44,8 @@ fn what_was_learnt_of_a_place_stays_right_when_learning_stops() {
     }
 }
 
-/// Grid, raw, gain 7, the reading that does what the paper claims: 0.0240 to 0.4863 rad, all that there was before.
-/// With (q, dq) the same sets keep 0.0925 rad.
+/// Grid, raw, gain 7, the reading that does what the paper claims: 0.0240 to 0.4863 rad, all that
+/// there was before. With (q, dq) the same sets keep 0.0925 rad.
 #[test]
 fn what_was_integrated_of_an_error_is_lost_when_learning_stops() {
     let raw = |inputs| before_and_after(&modified(Form::Grid, false, inputs, law(7.0)));

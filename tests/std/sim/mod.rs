@@ -1,4 +1,5 @@
-//! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt, and runs that end.
+//! Simulation: integrators, the loop a user would write, the dissipation identity, what was learnt,
+//! and runs that end.
 
 mod carry;
 mod channels;
