@@ -1,5 +1,5 @@
 //! 02: the arm is twice as heavy as believed, and something pushes. The compensator learns that.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use std::ops::ControlFlow::Continue;
 
@@ -10,7 +10,6 @@ use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::paper;
 use steadyarm::sim::{Options, Window, metrics, simulate};
 
-/// Runs it and prints its figures.
 pub fn main() -> steadyarm::Result<()> {
     // Links of 4 kg are believed; there are links of 8 kg, pushed with [sin t, cos t] N·m.
     let (believed, plant, path) = (paper::nominal()?, paper::plant()?, paper::reference()?);

@@ -1,5 +1,5 @@
 //! 03: your own loop. The controller takes a sample and gives the torque to hold for 1 ms.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use steadyarm::control::{Limits, State};
 use steadyarm::paper;
@@ -9,7 +9,6 @@ use steadyarm::sim::{Motion, hold_torque};
 
 const PERIOD: f64 = 1e-3; // s
 
-/// Runs it and prints its figures.
 pub fn main() -> steadyarm::Result<()> {
     // The controller of 02, with motors of 20 N·m. Its state is all that changes; you own it.
     let limits = Limits { effort_limit: [20.0; 2], ..Default::default() };

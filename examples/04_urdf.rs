@@ -1,5 +1,5 @@
 //! 04: your own robot from a URDF, and its dynamics: M(q) q̈ + H(q, q̇) = τ.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use std::error::Error;
 
@@ -8,7 +8,6 @@ use steadyarm::robot::{Description, GRAVITY};
 
 const URDF: &str = include_str!("04_arm.urdf");
 
-/// Runs it and prints its figures.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let robot = Description::from_urdf(URDF, Some("base"), Some("tool"), GRAVITY)?;
     let arm: Serial<3> = robot.arm()?;

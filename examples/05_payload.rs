@@ -1,5 +1,5 @@
 //! 05: a Panda carries 2 kg that its controller knows nothing of. A small compensator a joint.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use std::{error::Error, ops::ControlFlow::Continue};
 
@@ -8,8 +8,6 @@ use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::{control::*, math::Matrix, plant::*, reference::Quintic, robot::shipped, sim::*};
 
 const START: [f64; 7] = [0.0, -0.6, 0.0, -2.0, 0.0, 1.6, 0.8];
-
-/// Runs it and prints its figures.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let arm: Serial<7> = shipped("panda")?.arm()?;
     let load = Inertia { mass: 2.0, com: [0.0, 0.0, 0.05].into(), moments: Matrix::<3>::zeros() };
@@ -25,10 +23,10 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     let parameters = FuzzyParameters { inputs, q_position, q_velocity, gamma: 1.0, adaptation };
     let gains = Gains::new([400.0; 7], [40.0; 7])?;
     let compensator = FuzzyCompensator::new(basis, &gains, parameters)?;
-    let controller =
-        Controller::new(ComputedTorque::new(arm.without_friction(), gains), compensator);
-    let (duration, control_period, q0) = (4.0, Some(1e-3), START);
-    let options = Options { duration, control_period, q0, ..Default::default() };
+    let law = ComputedTorque::new(arm.without_friction(), gains);
+    let controller = Controller::new(law, compensator);
+    let options =
+        Options { duration: 4.0, control_period: Some(1e-3), q0: START, ..Default::default() };
     for (name, learning) in [("learning off", false), ("learning on", true)] {
         let mut state = State::new(controller.compensator.state());
         if !learning {

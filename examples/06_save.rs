@@ -1,5 +1,5 @@
 //! 06: what was learnt goes into a file, and another controller goes on with it.
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, missing_docs)]
 
 use std::{env::temp_dir, error::Error, fs, ops::ControlFlow::Continue, process};
 
@@ -9,7 +9,6 @@ use steadyarm::reference::Reference;
 use steadyarm::sim::{Options, Window, metrics, simulate};
 use steadyarm::{Result, fuzzy::Form, paper};
 
-/// Runs it and prints its figures.
 pub fn main() -> Result<(), Box<dyn Error>> {
     let reading = paper::Reading { form: Form::Grid, normalized: true, gain: 1000.0 };
     let controller = paper::controller(reading)?;
