@@ -52,6 +52,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     }
 
     /// How a step of `h` [s] starts.
+    #[inline(always)]
     fn start(&self, at: &Motion<N>, t: f64, h: f64) -> Started<'_, N> {
         match &self.laws {
             None => Started::Smooth(self.acceleration(at, t)),
@@ -60,6 +61,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     }
 
     /// The same, of an arm with friction or stops that is posed already.
+    #[inline(always)]
     fn start_posed<'b>(
         &self,
         laws: &'b [Resistance; N],
@@ -96,6 +98,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     }
 
     /// A step of length `h` [s] from time `t` that starts like this.
+    #[inline(always)]
     fn part(&self, start: Started<'_, N>, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match start {
             Started::Stiff(laws, free) => self.step_stiff(motion, (laws, &free), t, h),
@@ -105,6 +108,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
+    #[inline(always)]
     fn step_stiff(
         &self,
         motion: &Motion<N>,
@@ -146,6 +150,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Some(motion)
     }
 
+    #[inline(always)]
     fn posed(&self, at: &Motion<N>) -> Posed<N> {
         Posed::of(&self.plant.arm, &at.q, &at.dq)
     }
