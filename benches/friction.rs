@@ -1,9 +1,9 @@
 //! What a step of the plant costs beside a step of RK4 on the same arm, in turns and in processor
 //! time: medians of ratios.
 //!
-//! Rows: without friction, with friction that RK4 alone can follow, and with 1, 3 and 10 % of each
-//! joint's largest torque as Coulomb friction (of 100 N·m where none is stated), which is stiff.
-//! Linux alone. `cargo bench --bench friction`
+//! Rows: without friction, with dry and with viscous friction that RK4 alone can follow, and with
+//! 1, 3 and 10 % of each joint's largest torque as Coulomb friction (of 100 N·m where none is
+//! stated), which is stiff. Linux alone. `cargo bench --bench friction`
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::hint::black_box;
@@ -37,18 +37,20 @@ fn rows<const N: usize>(name: &str, pose: [f64; N]) {
     let arm = Serial::<N>::new(SerialParameters { links, tip, gravity: file.gravity }).unwrap();
     let arm = arm.without_friction();
     let effort = arm.effort_limit();
-    let with = |share: f64, smoothing: f64| {
+    let with = |viscous: f64, share: f64, smoothing: f64| {
         let mut parameters = *arm.parameters();
         for (link, effort) in parameters.links.iter_mut().zip(effort) {
             let coulomb = [share * effort.min(100.0); 2];
-            link.friction = JointFriction { coulomb, smoothing, ..JointFriction::default() };
+            link.friction =
+                JointFriction { viscous, coulomb, smoothing, ..JointFriction::default() };
         }
         Plant::new(Serial::new(parameters).unwrap(), Undisturbed)
     };
     row(name, "none", &Plant::new(arm, Undisturbed), pose);
-    row(name, "0.01 %, not stiff", &with(1e-4, 0.5), pose);
+    row(name, "0.01 %, not stiff", &with(0.0, 1e-4, 0.5), pose);
+    row(name, "viscous", &with(0.05, 0.0, 0.5), pose);
     for share in [0.01, 0.03, 0.1] {
-        row(name, &format!("{} %", 100.0 * share), &with(share, 0.01), pose);
+        row(name, &format!("{} %", 100.0 * share), &with(0.0, share, 0.01), pose);
     }
 }
 

@@ -23,13 +23,13 @@
 //!
 //! | module | what |
 //! |---|---|
-//! | [`arm`] | the dynamics of an arm: [`arm::Arm`], [`arm::TwoLink`], [`arm::Serial`] for any chain |
-//! | [`control`] | [`control::Controller`]: a law, [`control::ComputedTorque`], a compensator, limits |
+//! | [`arm`] | dynamics: [`arm::Arm`], [`arm::TwoLink`], [`arm::Serial`] for any chain |
+//! | [`control`] | [`control::Controller`]: a law, a compensator, limits |
 //! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
 //! | [`riccati`] | the equations for P, certified or refused |
 //! | [`design`] | what a design will do, before it runs |
 //! | [`plant`], [`reference`] | what is really there, and where it should go |
-//! | `robot` | descriptions of serial arms from URDF, DH tables and TOML (feature `std`, files `urdf`) |
+//! | `robot` | serial arms from URDF, DH tables, TOML (feature `std`, files `urdf`) |
 //! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
 //! | [`paper`] | the paper's three simulations |
 //!
@@ -42,7 +42,8 @@
 
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!(
-    "without `std` the crate needs the feature `libm`: default-features = false, features = [\"libm\"]"
+    "without `std` the crate needs the feature `libm`: default-features = false, features = \
+     [\"libm\"]"
 );
 
 pub mod arm;

@@ -12,7 +12,6 @@ What you need is here: an arm (`TwoLink`, or `Serial` for any other), a controll
 """
 
 from importlib import import_module as _import_module
-from importlib.metadata import version as _version
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from . import paper
@@ -33,8 +32,10 @@ from ._core import (
     bounded_real_riccati,
     care,
 )
+from ._scene import VERSION as _VERSION
 from .design import DesignReport, design
-from .run import Certificate, Channel, Metrics, Run, Status
+from .metrics import Metrics
+from .run import Certificate, Channel, Run, Status
 from .simulation import replay, simulate
 
 if _TYPE_CHECKING:
@@ -43,7 +44,7 @@ if _TYPE_CHECKING:
     from . import animation as animation
     from . import plots as plots
 
-__version__ = _version("steadyarm")
+__version__ = _VERSION
 
 _DRAWING = ("animation", "plots")
 """Modules that take matplotlib, half a second to import."""

@@ -10,12 +10,16 @@ import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from . import _core
+
+VERSION = version("steadyarm")
+"""Of the package; looked up once, as that takes longer than a short run."""
 
 CLASSES: dict[str, Any] = {
     made.__name__: made
@@ -61,7 +65,7 @@ class Scene:
         """Of the arguments of a simulation, the tracker by its own."""
         arguments = dict(zip(_parameters(_core.ComputedTorque), tracker, strict=True))
         parts = {
-            "steadyarm": version("steadyarm"),
+            "steadyarm": VERSION,
             "joint_names": joint_names(plant.arm, len(arguments["kp"])),
             "plant": plant,
             "tracker": {"ComputedTorque": arguments},
@@ -98,7 +102,8 @@ class Scene:
         plant = _object(plant, "plant", _core.Plant)
         tracker = _object(self.parts["tracker"], "tracker", _core.ComputedTorque)
         tracker.__setstate__(self.start)
-        reference = reference or _built(self.parts["reference"], "reference")
+        if reference is None:
+            reference = _built(self.parts["reference"], "reference")
         if not callable(reference):
             raise ValueError(f"reference: got {reference!r:.80}, wants one that can be called")
         return plant, tracker, reference, dict(self.parts["options"])
@@ -137,6 +142,7 @@ def _option(name: str, value: Any) -> Any:
     return int(value) if name == "record_every" else np.asarray(value, dtype=float).tolist()
 
 
+@cache
 def _parameters(made: Any) -> list[str]:
     """The arguments of a class, in their order."""
     return list(inspect.signature(made).parameters)

@@ -1,8 +1,8 @@
 //! A controller's memory as bytes: versioned, checksummed, and exact to the bit.
 //!
 //! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps,
-//! advances · last torque · W − W₀ · W₀ ·
-//! |W − W₀|² of each joint · FNV-1a checksum of all that. A dictionary takes the place of the weights in the kernel form.
+//! advances · last torque · W − W₀ · W₀ · |W − W₀|² of each joint · FNV-1a checksum of all that. A
+//! dictionary takes the place of the weights in the kernel form.
 
 use super::{FuzzyCompensator, FuzzyState, State};
 use crate::error::{Error, Result, length};

@@ -80,7 +80,8 @@ impl<const N: usize> Stages<N> {
         self.known[0] = self.known[last] >> last & 1;
     }
 
-    /// |Dₙ|² for the weights of `mix`, a sum over the stages before `count`, from |Dₙ|² at the start of the step.
+    /// |Dₙ|² for the weights of `mix`, a sum over the stages before `count`, from |Dₙ|² at the
+    /// start of the step.
     pub fn norms_squared(&self, mix: &Mix<N>, count: usize, start: &Vector<N>) -> Vector<N> {
         let mut norms = mix.keep.component_mul(&mix.keep).component_mul(start);
         for n in 0..N {

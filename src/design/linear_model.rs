@@ -67,7 +67,8 @@ impl LinearModel {
         eigenvalues(&a)
     }
 
-    /// |e/ρ_d| [s²] at `omega` [rad/s] ≥ 0: `G |s / (s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12)|` at s = jω.
+    /// |e/ρ_d| [s²] at `omega` [rad/s] ≥ 0, s = jω:
+    /// `G |s / (s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12)|`.
     ///
     /// # Errors
     /// As [`Self::poles`], and for `omega`.

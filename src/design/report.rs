@@ -143,7 +143,8 @@ impl fmt::Display for Finding {
                 let (number, percent) = (joint + 1, 100.0 * removes);
                 write!(
                     f,
-                    "joint {number}: the compensator is inert: with k_I = {k_i:.3} it removes {percent:.1} % of \
+                    "joint {number}: the compensator is inert: with k_I = {k_i:.3} it removes \
+                     {percent:.1} % of \
                      the error"
                 )?;
                 match suggested_gain {
@@ -155,31 +156,36 @@ impl fmt::Display for Finding {
             }
             Self::Unstable { joint, radius, max_period } => write!(
                 f,
-                "joint {}: the loop is too slow, it will be unstable (spectral radius {radius:.4}): sample faster \
+                "joint {}: the loop is too slow, it will be unstable (spectral radius \
+                 {radius:.4}): sample faster \
                  than every {:.3} ms, or lower the gain",
                 joint + 1,
                 1e3 * max_period
             ),
             Self::SlowSampling { joint, radius, max_period } => write!(
                 f,
-                "joint {}: sampling takes most of the damping (spectral radius {radius:.4}); the limit is {:.3} ms, \
+                "joint {}: sampling takes most of the damping (spectral radius {radius:.4}); the \
+                 limit is {:.3} ms, \
                  stay below a third of it",
                 joint + 1,
                 1e3 * max_period
             ),
             Self::Ringing { joint, damping } => write!(
                 f,
-                "joint {}: the loop will ring (damping ratio {damping:.3}): raise kv or lower the gain",
+                "joint {}: the loop will ring (damping ratio {damping:.3}): raise kv or lower the \
+                 gain",
                 joint + 1
             ),
             Self::Divergent { joint, max_real } => write!(
                 f,
-                "joint {}: unstable even in continuous time (a pole at +{max_real:.3} 1/s): lower the gain",
+                "joint {}: unstable even in continuous time (a pole at +{max_real:.3} 1/s): lower \
+                 the gain",
                 joint + 1
             ),
             Self::NarrowMargin { joint, max_scale } => write!(
                 f,
-                "joint {}: Q is close to the largest that has a solution ({max_scale:.4} times this one): lower Q \
+                "joint {}: Q is close to the largest that has a solution ({max_scale:.4} times \
+                 this one): lower Q \
                  or raise gamma",
                 joint + 1
             ),

@@ -52,7 +52,10 @@ fn friction_of(
 #[pymethods]
 impl PyTwoLink {
     #[new]
-    #[pyo3(signature = (mass, length, inertia, gravity=None, viscous=None, coulomb=None, smoothing=None))]
+    #[pyo3(
+        signature = (mass, length, inertia, gravity=None, viscous=None, coulomb=None,
+            smoothing=None)
+    )]
     fn new(
         mass: Any<'_, '_>,
         length: Any<'_, '_>,

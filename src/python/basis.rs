@@ -103,7 +103,8 @@ impl PyFuzzyBasis {
         let own = self.joints.filter(|own| !self.shared_axis && *own != joints)?;
         let (got, wanted) = (self.centers.len(), self.inputs.len(joints));
         Some(format!(
-            "centers: got {got} lists, one for each input of {own} joints, wants one list, or {wanted} for the {joints} \
+            "centers: got {got} lists, one for each input of {own} joints, wants one list, or \
+             {wanted} for the {joints} \
              joints of {of}"
         ))
     }

@@ -214,7 +214,8 @@ impl<const N: usize> Compensation<N> for KernelCompensator<N> {
 
 fn no_matrix() -> PyErr {
     PyTypeError::new_err(
-        "weights: this compensator has a dictionary, the kernel form, so it has no matrix of weights; \
+        "weights: this compensator has a dictionary, the kernel form, so it has no matrix of \
+         weights; \
          see the tracker's dictionary, or build it with dictionary=None",
     )
 }

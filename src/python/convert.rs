@@ -81,7 +81,8 @@ fn refuse_masked(
     }
     let size: usize = value.getattr("size")?.extract()?;
     Err(PyValueError::new_err(format!(
-        "{name}: got a masked array with {masked} of {size} entries masked, wants a number in each; \
+        "{name}: got a masked array with {masked} of {size} entries masked, wants a number in \
+         each; \
          its method filled puts some there"
     )))
 }

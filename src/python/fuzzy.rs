@@ -187,9 +187,10 @@ impl PyFuzzyCompensator {
     #[new]
     #[pyo3(
         signature = (basis, q=None, gain=None, gamma=None, leak_rate=None, error_modification=None,
-            projection_radius=None, dead_zone=None, normalization=None, dictionary=None, merge_tolerance=None),
-        text_signature = "(basis, q=10.0, gain=1.0, gamma=1.0, leak_rate=0.0, error_modification=0.0, \
-            projection_radius=None, dead_zone=0.0, normalization=0.0, dictionary=None, \
+            projection_radius=None, dead_zone=None, normalization=None, dictionary=None,
+            merge_tolerance=None),
+        text_signature = "(basis, q=10.0, gain=1.0, gamma=1.0, leak_rate=0.0, \
+            error_modification=0.0, projection_radius=None, dead_zone=0.0, normalization=0.0, dictionary=None, \
             merge_tolerance=0.05)"
     )]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
@@ -359,7 +360,8 @@ fn diagonal(value: Any<'_, '_>, basis: &PyFuzzyBasis, joints: Option<usize>) -> 
             if let Some(i) = (0..size * size).find(|&i| off(i)) {
                 let (row, column, got) = (i / size, i % size, list.values[i]);
                 let message = format!(
-                    "q[{row}, {column}]: got {got}, wants 0: P is solved joint by joint, for a diagonal Q"
+                    "q[{row}, {column}]: got {got}, wants 0: P is solved joint by joint, for a \
+                     diagonal Q"
                 );
                 return Err(PyValueError::new_err(message));
             }

@@ -67,11 +67,11 @@ impl PySerial {
     /// From a Denavit-Hartenberg table.
     #[staticmethod]
     #[pyo3(
-        signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None, com=None, inertia=None,
-            viscous=None, coulomb=None, armature=None, gravity=None, name="arm", unphysical=None),
-        text_signature = "(a, alpha, d, theta_offset=0.0, *, convention='standard', kind='revolute', mass=0.0, \
-            com=0.0, inertia=0.0, viscous=0.0, coulomb=0.0, armature=0.0, gravity=(0.0, 0.0, -9.81), name='arm', \
-            unphysical='refuse')"
+        signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None, com=None,
+            inertia=None, viscous=None, coulomb=None, armature=None, gravity=None, name="arm", unphysical=None),
+        text_signature = "(a, alpha, d, theta_offset=0.0, *, convention='standard', \
+            kind='revolute', mass=0.0, com=0.0, inertia=0.0, viscous=0.0, coulomb=0.0, \
+            armature=0.0, gravity=(0.0, 0.0, -9.81), name='arm', unphysical='refuse')"
     )]
     #[expect(clippy::too_many_arguments, reason = "columns of a table")]
     fn from_dh(
@@ -128,8 +128,10 @@ impl PySerial {
 
     /// The same arm with this friction in its joints, in place of what they had: scalars or (n,).
     #[pyo3(
-        signature = (viscous=None, coulomb=None, stribeck=None, stribeck_speed=None, smoothing=None),
-        text_signature = "(self, viscous=0.0, coulomb=0.0, stribeck=0.0, stribeck_speed=0.1, smoothing=0.01)"
+        signature = (viscous=None, coulomb=None, stribeck=None, stribeck_speed=None,
+            smoothing=None),
+        text_signature = "(self, viscous=0.0, coulomb=0.0, stribeck=0.0, stribeck_speed=0.1, \
+            smoothing=0.01)"
     )]
     fn with_friction(
         &self,
@@ -160,7 +162,10 @@ impl PySerial {
 
     /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ
     /// beyond an end, they push back with max(0, stiffness δ (1 + dissipation dδ/dt)).
-    #[pyo3(signature = (stiffness, dissipation=None), text_signature = "(self, stiffness, dissipation=1.0)")]
+    #[pyo3(
+        signature = (stiffness, dissipation=None),
+        text_signature = "(self, stiffness, dissipation=1.0)"
+    )]
     fn with_stops(
         &self,
         stiffness: Any<'_, '_>,
@@ -170,7 +175,10 @@ impl PySerial {
     }
 
     /// The same arm with a body at its tip: mass [kg], com [m], inertia [kg·m²], in its frame.
-    #[pyo3(signature = (mass, com=None, inertia=None), text_signature = "(self, mass, com=(0.0, 0.0, 0.0), inertia=0.0)")]
+    #[pyo3(
+        signature = (mass, com=None, inertia=None),
+        text_signature = "(self, mass, com=(0.0, 0.0, 0.0), inertia=0.0)"
+    )]
     fn with_payload(
         &self,
         mass: Any<'_, '_>,
@@ -241,7 +249,10 @@ impl PySerial {
 
     /// What a reference exceeds of these limits, looked at every `dt` from 0 to `duration` [s]: a
     /// list, empty if nothing.
-    #[pyo3(signature = (reference, duration, dt=None), text_signature = "(self, reference, duration, dt=0.001)")]
+    #[pyo3(
+        signature = (reference, duration, dt=None),
+        text_signature = "(self, reference, duration, dt=0.001)"
+    )]
     fn check(
         &self,
         py: Python<'_>,

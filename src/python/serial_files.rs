@@ -92,7 +92,8 @@ pub(super) fn refuse_stops_without_ends(links: &[Link], stiffness: &[f64]) -> Py
     match stiffness.iter().find(|&&k| k > 0.0).filter(|_| !ends) {
         None => Ok(()),
         Some(got) => Err(PyValueError::new_err(format!(
-            "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, from a URDF or TOML"
+            "stiffness: got {got} for an arm whose joints have no ends, wants one with limits, \
+             from a URDF or TOML"
         ))),
     }
 }

@@ -123,8 +123,8 @@ impl Settings<'_, '_> {
 /// state that the run started in, the parts of a tracker in the state that it ended in, and what a
 /// callback raised.
 #[pyfunction]
-#[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0, rtol, atol,
-    record_every, record, progress))]
+#[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0,
+    rtol, atol, record_every, record, progress))]
 #[expect(clippy::too_many_arguments, reason = "called by keyword from one Python function")]
 pub(super) fn simulate<'py>(
     py: Python<'py>,

@@ -93,7 +93,8 @@ pub(super) fn how_far(inertia: &Inertia) -> Option<String> {
         Flaw::Moments(principal) => {
             let [least, middle, most] = principal;
             format!(
-                "principal moments {} kg m^2, of which the largest is {:.3e} kg m^2 more than the sum of the other two",
+                "principal moments {} kg m^2, of which the largest is {:.3e} kg m^2 more than the \
+                 sum of the other two",
                 figures(&principal),
                 most - (least + middle)
             )

@@ -88,7 +88,8 @@ impl Description {
         let got = links.len();
         <[Link; N]>::try_from(links).map_err(|_| {
             ReadError::new(format!(
-                "joints: {} has {got} between base and tip, wants {N}; choose another base or tip, or an arm of {got} joints",
+                "joints: {} has {got} between base and tip, wants {N}; choose another base or \
+                 tip, or an arm of {got} joints",
                 quoted(&self.name)
             ))
         })

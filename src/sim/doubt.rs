@@ -42,27 +42,33 @@ impl fmt::Display for Doubt {
         match coarse {
             Coarse::Motion { largest, sum } => write!(
                 f,
-                "dt = {dt} s is too long for this motion: its steps are off by an estimated {sum:.1e} rad in sum, \
+                "dt = {dt} s is too long for this motion: its steps are off by an estimated \
+                 {sum:.1e} rad in sum, \
                  and by up to {largest:.1e} rad each (q[{joint}] at t = {t:.6} s)"
             ),
             Coarse::Bounce => write!(
                 f,
-                "dt = {dt} s is too long for the stop of q[{joint}], which it met at t = {t:.6} s: the bounce is \
+                "dt = {dt} s is too long for the stop of q[{joint}], which it met at t = {t:.6} \
+                 s: the bounce is \
                  shorter than a step"
             ),
             Coarse::Falling => write!(
                 f,
-                "dt = {dt} s is too long for the friction of q[{joint}], which breaks away within a step \
+                "dt = {dt} s is too long for the friction of q[{joint}], which breaks away within \
+                 a step \
                  (from t = {t:.6} s on)"
             ),
             Coarse::Uncovered => write!(
                 f,
-                "dt = {dt} s is too long for the friction that the controller adds for q[{joint}]: it is no part of \
-                 the plant's (larger, or with another smoothing), and too stiff from t = {t:.6} s on"
+                "dt = {dt} s is too long for the friction that the controller adds for \
+                 q[{joint}]: it is no part of \
+                 the plant's (larger, or with another smoothing), and too stiff from t = {t:.6} s \
+                 on"
             ),
             Coarse::Friction => write!(
                 f,
-                "dt = {dt} s is too long: friction and stops at t = {t:.6} s were not solved to the end"
+                "dt = {dt} s is too long: friction and stops at t = {t:.6} s were not solved to \
+                 the end"
             ),
         }?;
         f.write_str("; use a smaller dt")

@@ -30,18 +30,21 @@ record! {
         q_d: [f64; N], "rad", "Desired position" = at.desired.q.into();
         dq_d: [f64; N], "rad/s", "Desired velocity" = at.desired.dq.into();
         ddq_d: [f64; N], "rad/s²", "Desired acceleration" = at.desired.ddq.into();
-        e: [f64; N], "rad", "Tracking error q − q_d, in [−π, π) for a continuous joint" = at.e.into();
+        e: [f64; N], "rad", "Tracking error q − q_d, in [−π, π) for a continuous joint"
+            = at.e.into();
         de: [f64; N], "rad/s", "Rate of the tracking error" = at.de.into();
     }
 
     /// Adds what controller and plant made of a row.
     in Record::All, fn push_loop(at: &Evaluation<N>) {
         tau: [f64; N], "N·m", "Applied torque" = at.applied.into();
-        tau_model: [f64; N], "N·m", "Torque of the nominal model, M₀v + H₀" = at.command.model.into();
+        tau_model: [f64; N], "N·m", "Torque of the nominal model, M₀v + H₀"
+            = at.command.model.into();
         tau_compensation: [f64; N], "N·m", "Torque of the compensator, −M₀ρ̂"
             = at.command.compensation.into();
         rho: [f64; N], "rad/s²", "ρ, what the nominal model leaves out" = at.rho.into();
-        rho_hat: [f64; N], "rad/s²", "ρ̂, the compensator's estimate of ρ" = at.command.rho_hat.into();
+        rho_hat: [f64; N], "rad/s²", "ρ̂, the compensator's estimate of ρ"
+            = at.command.rho_hat.into();
     }
 
     /// Adds a row of a compensator that has a proof; without one these are empty.

@@ -20,7 +20,8 @@ use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
 /// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with
-/// friction and stops solved for where RK4 would be unstable.
+/// friction and stops solved for where RK4 would be unstable. Where viscous friction brakes a joint
+/// by more than a tenth within the step, or Stribeck's falls fast, in up to 64 parts of it.
 pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     plant: &Plant<N, A, D>,
     motion: &Motion<N>,
@@ -56,22 +57,25 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     fn start(&self, at: &Motion<N>, t: f64, h: f64) -> Started<'_, N> {
         match &self.laws {
             None => Started::Smooth(self.acceleration(at, t)),
-            Some(laws) => self.start_posed(laws, &self.posed(at), at, t, h),
+            Some(laws) => {
+                let posed = self.posed(at);
+                self.start_posed(laws, &posed, beyond_rk4(&posed, laws, h), at, t)
+            }
         }
     }
 
-    /// The same, of an arm with friction or stops that is posed already.
+    /// The same, of an arm with friction or stops that is posed already, and known to be `stiff`.
     #[inline(always)]
     fn start_posed<'b>(
         &self,
         laws: &'b [Resistance; N],
         posed: &Posed<N>,
+        stiff: bool,
         at: &Motion<N>,
         t: f64,
-        h: f64,
     ) -> Started<'b, N> {
         let net = self.net(at, t);
-        if beyond_rk4(posed, laws, h) {
+        if stiff {
             Started::Stiff(laws, posed.free(&net))
         } else {
             Started::Smooth(posed.acceleration(&self.plant.arm, (&at.q, &at.dq), &net))
@@ -85,9 +89,14 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
             return self.part(Started::Smooth(self.acceleration(motion, t)), motion, t, h);
         };
         let posed = self.posed(motion);
-        let (parts, lost) = parts(&posed, laws, h);
+        let mut stiff = beyond_rk4(&posed, laws, h);
+        let (parts, lost) = parts(&posed, laws, stiff, h);
         let h = h / parts;
-        let mut moved = self.part(self.start_posed(laws, &posed, motion, t, h), motion, t, h);
+        if parts > 1.0 {
+            stiff = stiff && beyond_rk4(&posed, laws, h);
+        }
+        let start = self.start_posed(laws, &posed, stiff, motion, t);
+        let mut moved = self.part(start, motion, t, h);
         for k in 1..parts as usize {
             let (at, t) = (moved.motion, t + k as f64 * h);
             let next = self.part(self.start(&at, t, h), &at, t, h);
@@ -173,7 +182,8 @@ enum Started<'a, const N: usize> {
     Stiff(&'a [Resistance; N], Vector<N>),
 }
 
-/// The parts that a step of `h` [s] is to be taken in, and what even these cannot follow.
+/// The parts that a step of `h` [s], `stiff` or not, is to be taken in, and what even these cannot
+/// follow.
 ///
 /// A torque that is held all the step leaves 1 − R of a velocity where 1 − e^(−x) is right, x = h
 /// b/m. A loop that cancels viscous friction adds up the difference: so many parts that it stays
@@ -181,13 +191,13 @@ enum Started<'a, const N: usize> {
 fn parts<const N: usize>(
     posed: &Posed<N>,
     laws: &[Resistance; N],
+    stiff: bool,
     h: f64,
 ) -> (f64, Option<(usize, Coarse)>) {
     if laws.iter().all(|law| law.friction.viscous == 0.0 && law.friction.stribeck == 0.0) {
         return (1.0, None);
     }
     let inverse = posed.factor.inverse_diagonal();
-    let stiff = beyond_rk4(posed, laws, h);
     let braking = |i: usize| {
         let x = h * laws[i].friction.viscous * inverse[i];
         if stiff { (10.0 * x).min(10.0).min(32.0 / x) } else { x / MOST_FOLLOWED }

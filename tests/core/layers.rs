@@ -29,7 +29,7 @@ const MOST_LINES: usize = 400;
 const WIDEST: usize = 100;
 
 /// Lines that are wider, and may not become more.
-const MOST_LONG_LINES: usize = 72;
+const MOST_LONG_LINES: usize = 29;
 
 struct Source {
     /// Below src.

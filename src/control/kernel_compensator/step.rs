@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::fuzzy::kernels::dot;
 use crate::math::Vector;
 
-/// What a record shows of the dictionary.
+/// What a record shows of the dictionary: in sampled control, after the step of its row.
 const CHANNELS: [Channel; 2] = [
     Channel { name: "atoms", unit: "1", width: Width::One, doc: "Atoms in the dictionary" },
     Channel {

@@ -59,7 +59,8 @@ fn write_joint(out: &mut String, joint: &JointDescription) {
     let JointFriction { viscous, coulomb, stribeck, stribeck_speed, smoothing } = link.friction;
     let _ = writeln!(
         out,
-        "friction = {{ viscous = {viscous:?}, coulomb = {}, stribeck = {stribeck:?}, stribeck_speed = {stribeck_speed:?}, \
+        "friction = {{ viscous = {viscous:?}, coulomb = {}, stribeck = {stribeck:?}, \
+         stribeck_speed = {stribeck_speed:?}, \
          smoothing = {smoothing:?} }}",
         list(&coulomb)
     );

@@ -108,7 +108,8 @@ fn motion(source: &Source, node: Node, owner: &str) -> Result<Motion, ReadError>
         "planar" => Motion::Planar,
         other => {
             let message = format!(
-                "{owner}, type: got {}, wants revolute, continuous, prismatic, fixed, floating or planar",
+                "{owner}, type: got {}, wants revolute, continuous, prismatic, fixed, floating or \
+                 planar",
                 quoted(other)
             );
             return Err(source.error(attribute_at(node, "type"), message));

@@ -87,7 +87,8 @@ pub(super) fn check(text: &str) -> Result<(), ReadError> {
     files::limited(text)?;
     if !text.contains('<') {
         let message = format!(
-            "got {} without a single element, wants the text of a URDF; give the name of a file to the function for files",
+            "got {} without a single element, wants the text of a URDF; give the name of a file \
+             to the function for files",
             quoted(text.trim())
         );
         return Err(ReadError::new(message));
