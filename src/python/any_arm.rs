@@ -3,13 +3,11 @@
 use pyo3::prelude::*;
 
 use super::arm::PyTwoLink;
-use super::convert::wrong_type;
+use super::convert::{Any, wrong_type};
 use super::dispatch::same_joints;
 use super::serial::PySerial;
 use crate::arm::{Arm, JointFriction, JointLimits, JointStop, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Any arm of `N` joints.
 pub(super) enum AnyArm<const N: usize> {

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 
 use super::convert::{
-    Array1, Array2, Array3, array1, finite_vector, joints, matrices, owned2, renamed, scalar,
+    Any, Array1, Array2, Array3, array1, finite_vector, joints, matrices, owned2, renamed, scalar,
     scalar_or, square,
 };
 use super::serial_arm::homogeneous;
@@ -22,8 +22,6 @@ pub(super) struct PyTwoLink {
 
 /// The constructor's arguments.
 type Arguments = (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>);
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// The argument that a parameter of the core comes from.
 fn argument(parameter: &'static str) -> &'static str {

@@ -5,15 +5,13 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Array2, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
+    Any, Array2, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::value_error;
 use crate::control::{Inputs, Signal};
 use crate::error::Problem;
 use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Names of the signals.
 const SIGNALS: [(&str, Signal); 7] = [

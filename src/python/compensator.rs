@@ -4,7 +4,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{array1, type_name};
+use super::convert::{Any, array1, type_name};
 use super::fuzzy::PyFuzzyCompensator;
 use super::value_error;
 use crate::control::{
@@ -13,8 +13,6 @@ use crate::control::{
 };
 use crate::design::Subject;
 use crate::error::Result;
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A compensator of a tracker. One without a matrix of weights raises TypeError when it is asked
 /// for them.

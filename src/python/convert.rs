@@ -17,6 +17,11 @@ use crate::math::{Matrix, Vector};
 /// Lists in lists that numpy takes for an array, at the most.
 const MAX_DIMENSIONS: usize = 64;
 
+/// An argument of any type.
+pub(super) type Any<'a, 'py> = &'a Bound<'py, PyAny>;
+/// One that may be left out.
+pub(super) type Given<'a, 'py> = Option<Any<'a, 'py>>;
+
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
 

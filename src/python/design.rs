@@ -4,11 +4,9 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{numbers, owned1, scalar, wrong_shape, wrong_type};
+use super::convert::{Any, numbers, owned1, scalar, wrong_shape, wrong_type};
 use super::tracker::PyComputedTorque;
 use crate::design::{Conditions, Finding, JointReport};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Figures joint by joint, findings in words, and the verdict.
 #[pyfunction]

@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of};
 use super::convert::{
-    Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
+    Any, Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::per_joint::{PerJoint, common_joints};
@@ -13,8 +13,6 @@ use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
 use crate::error::{non_negative, within};
 use crate::fuzzy::FuzzyApproximator;
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A fuzzy system as a function approximator, y(x) = W ξ(x), fitted to samples (eqs. 3, 5).
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]

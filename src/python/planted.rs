@@ -5,14 +5,12 @@ use core::any::Any as Type;
 use pyo3::prelude::*;
 
 use super::any_arm::AnyArm;
-use super::convert::{Array1, array1, finite_scalar, finite_vector, joints, scalar};
+use super::convert::{Any, Array1, array1, finite_scalar, finite_vector, joints, scalar};
 use super::sources::{AnyDisturbance, Callback};
 use super::value_error;
 use crate::error::{finite, positive};
 use crate::plant;
 use crate::sim::{self, Motion};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// What is really there.
 pub(super) trait Planted: Send + Sync {

@@ -4,13 +4,11 @@ use nalgebra::{DMatrix, SMatrix};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::convert::{Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
+use super::convert::{Any, Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
 use super::value_error;
 use crate::error::{Error, Result};
 use crate::riccati;
 use crate::riccati::dynamic::{self, MOST_STATES, Solution};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// From this size on other threads of Python go on while an equation is solved.
 const LARGE: usize = 16;

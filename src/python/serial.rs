@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
-use super::convert::{Array1, Array2, Array3, matrices, owned1, owned2};
+use super::convert::{Any, Array1, Array2, Array3, Given, matrices, owned1, owned2};
 use super::dispatch::for_joints;
 use super::limits::PyExcess;
 use super::read_error;
@@ -11,8 +11,6 @@ use super::serial_arm::{SerialArm, homogeneous, serial_arm};
 use super::serial_files::{self, triple};
 use crate::arm::{JointFriction, Link};
 use crate::robot::{Description, UrdfOptions, shipped};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A serial arm of 1 to 8 revolute and prismatic joints.
 ///
@@ -48,10 +46,10 @@ impl PySerial {
         path_or_text: Any<'_, '_>,
         base: Option<String>,
         tip: Option<String>,
-        gravity: Option<Any<'_, '_>>,
-        masses: Option<Any<'_, '_>>,
-        inertials: Option<Any<'_, '_>>,
-        unphysical: Option<Any<'_, '_>>,
+        gravity: Given<'_, '_>,
+        masses: Given<'_, '_>,
+        inertials: Given<'_, '_>,
+        unphysical: Given<'_, '_>,
     ) -> PyResult<Self> {
         let options = UrdfOptions {
             base,
@@ -78,18 +76,18 @@ impl PySerial {
         a: Any<'_, '_>,
         alpha: Any<'_, '_>,
         d: Any<'_, '_>,
-        theta_offset: Option<Any<'_, '_>>,
-        convention: Option<Any<'_, '_>>,
-        kind: Option<Any<'_, '_>>,
-        mass: Option<Any<'_, '_>>,
-        com: Option<Any<'_, '_>>,
-        inertia: Option<Any<'_, '_>>,
-        viscous: Option<Any<'_, '_>>,
-        coulomb: Option<Any<'_, '_>>,
-        armature: Option<Any<'_, '_>>,
-        gravity: Option<Any<'_, '_>>,
+        theta_offset: Given<'_, '_>,
+        convention: Given<'_, '_>,
+        kind: Given<'_, '_>,
+        mass: Given<'_, '_>,
+        com: Given<'_, '_>,
+        inertia: Given<'_, '_>,
+        viscous: Given<'_, '_>,
+        coulomb: Given<'_, '_>,
+        armature: Given<'_, '_>,
+        gravity: Given<'_, '_>,
         name: &str,
-        unphysical: Option<Any<'_, '_>>,
+        unphysical: Given<'_, '_>,
     ) -> PyResult<Self> {
         let columns = serial_files::Columns {
             lengths: [Some(a), Some(alpha), Some(d), theta_offset],
@@ -105,7 +103,7 @@ impl PySerial {
     /// From our own TOML: a path, or the text itself.
     #[staticmethod]
     #[pyo3(signature = (path_or_text, *, unphysical=None))]
-    fn from_toml(path_or_text: Any<'_, '_>, unphysical: Option<Any<'_, '_>>) -> PyResult<Self> {
+    fn from_toml(path_or_text: Any<'_, '_>, unphysical: Given<'_, '_>) -> PyResult<Self> {
         Self::new(serial_files::toml(path_or_text, unphysical)?)
     }
 
@@ -135,11 +133,11 @@ impl PySerial {
     )]
     fn with_friction(
         &self,
-        viscous: Option<Any<'_, '_>>,
-        coulomb: Option<Any<'_, '_>>,
-        stribeck: Option<Any<'_, '_>>,
-        stribeck_speed: Option<Any<'_, '_>>,
-        smoothing: Option<Any<'_, '_>>,
+        viscous: Given<'_, '_>,
+        coulomb: Given<'_, '_>,
+        stribeck: Given<'_, '_>,
+        stribeck_speed: Given<'_, '_>,
+        smoothing: Given<'_, '_>,
     ) -> PyResult<Self> {
         self.rubbing([viscous, coulomb, stribeck, stribeck_speed, smoothing])
     }
@@ -160,17 +158,12 @@ impl PySerial {
         self.identified(parameters)
     }
 
-    /// The same arm with stops at the ends of its joints' ranges, where `limits` are finite: δ
-    /// beyond an end, they push back with max(0, stiffness δ (1 + dissipation dδ/dt)).
+    /// The same arm with stops δ beyond its `limits`: max(0, stiffness δ (1 + dissipation dδ/dt)).
     #[pyo3(
         signature = (stiffness, dissipation=None),
         text_signature = "(self, stiffness, dissipation=1.0)"
     )]
-    fn with_stops(
-        &self,
-        stiffness: Any<'_, '_>,
-        dissipation: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
+    fn with_stops(&self, stiffness: Any<'_, '_>, dissipation: Given<'_, '_>) -> PyResult<Self> {
         self.stopped(stiffness, dissipation)
     }
 
@@ -182,14 +175,13 @@ impl PySerial {
     fn with_payload(
         &self,
         mass: Any<'_, '_>,
-        com: Option<Any<'_, '_>>,
-        inertia: Option<Any<'_, '_>>,
+        com: Given<'_, '_>,
+        inertia: Given<'_, '_>,
     ) -> PyResult<Self> {
         self.loaded(mass, com, inertia)
     }
 
-    /// A neighbour, the same for the same seed: masses, moments and friction off by these shares,
-    /// centres of mass by `com` [m].
+    /// A neighbour, the same for one seed: all off by these shares, centres of mass by `com` [m].
     #[pyo3(
         signature = (seed, mass=None, com=None, inertia=None, friction=None),
         text_signature = "(self, seed, mass=0.2, com=0.01, inertia=0.2, friction=0.2)"
@@ -197,10 +189,10 @@ impl PySerial {
     fn perturb(
         &self,
         seed: Any<'_, '_>,
-        mass: Option<Any<'_, '_>>,
-        com: Option<Any<'_, '_>>,
-        inertia: Option<Any<'_, '_>>,
-        friction: Option<Any<'_, '_>>,
+        mass: Given<'_, '_>,
+        com: Given<'_, '_>,
+        inertia: Given<'_, '_>,
+        friction: Given<'_, '_>,
     ) -> PyResult<Self> {
         self.neighbour(seed, [mass, com, inertia, friction])
     }
@@ -247,8 +239,7 @@ impl PySerial {
         self.description.unphysical.name()
     }
 
-    /// What a reference exceeds of these limits, looked at every `dt` from 0 to `duration` [s]: a
-    /// list, empty if nothing.
+    /// What a reference exceeds of these limits, at every `dt` from 0 to `duration` [s]: a list.
     #[pyo3(
         signature = (reference, duration, dt=None),
         text_signature = "(self, reference, duration, dt=0.001)"
@@ -258,7 +249,7 @@ impl PySerial {
         py: Python<'_>,
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
-        dt: Option<Any<'_, '_>>,
+        dt: Given<'_, '_>,
     ) -> PyResult<Vec<PyExcess>> {
         self.excesses(py, reference, duration, dt)
     }
@@ -369,8 +360,7 @@ impl PySerial {
         self.arm.regressor(py, [q, dq, ddq])
     }
 
-    /// π, (10n,): m, m c, and the moments xx, xy, yy, xz, yz, zz about the frame's origin, link
-    /// after link.
+    /// π, (10n,), link after link: m, m c, moments xx, xy, yy, xz, yz, zz about the frame's origin.
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         self.arm.inertial_parameters(py)
     }

@@ -4,14 +4,12 @@ use core::any::Any as Type;
 
 use pyo3::prelude::*;
 
-use super::convert::{Array1, Array2, array1, finite_vector, owned1, owned2, square, written};
+use super::convert::{Any, Array1, Array2, array1, finite_vector, owned1, owned2, square, written};
 use super::{limits, value_error};
 use crate::arm::{Arm, Inertia, Link, Perturbation, Pose, Serial};
 use crate::design::Excess;
 use crate::error::Result;
 use crate::robot::Description;
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// The dynamics of a chain. The arguments are Python's, of shape (n,).
 pub(super) trait SerialArm: Send + Sync {

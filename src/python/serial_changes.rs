@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 
 use super::convert::{
-    Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
+    Any, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
 };
 use super::limits::PyExcess;
 use super::serial::PySerial;
@@ -12,8 +12,6 @@ use super::{read_error, value_error};
 use crate::arm::{Inertia, JointFriction, JointStop, Link, Perturbation};
 use crate::error::{Error, finite, non_negative};
 use crate::math::Matrix;
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Of stops, unless something else is asked for [s/rad].
 const DISSIPATION: f64 = 1.0;

@@ -7,14 +7,12 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
-use super::convert::{Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
+use super::convert::{Any, Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
 use super::{read_error, saving};
 use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
 use crate::robot::{Convention, Description, DhRow, GRAVITY, UrdfOptions};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A description's source.
 enum Source {

@@ -3,14 +3,15 @@
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::convert::{finite_scalar, matrix_of, numbers, renamed, scalar, scalar_or, wrong_shape};
+use super::convert::{
+    Any, finite_scalar, matrix_of, numbers, renamed, scalar, scalar_or, wrong_shape,
+};
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::per_joint::{PerJoint, common_joints};
 use super::sources::{Motion, Signal, Triple};
 use super::value_error;
 use crate::reference::{Harmonic, Quintic, Sines, Table};
 
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 type Arguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
 
 /// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a

@@ -7,8 +7,8 @@ use pyo3::types::{PyDict, PyList};
 use super::any_arm::joints_of;
 use super::compensator::Compensation;
 use super::convert::{
-    Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, type_name,
-    word, wrong_shape,
+    Any, Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar,
+    type_name, word, wrong_shape,
 };
 use super::dispatch::for_joints;
 use super::monitor::Monitor;
@@ -20,8 +20,6 @@ use super::value_error;
 use crate::control::{Channel, State, Width};
 use crate::error::{Error, positive};
 use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolerance, Window};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the
 /// actuators.

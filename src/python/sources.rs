@@ -9,7 +9,7 @@ use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
 use super::any_arm::{AnyArm, joints_of};
-use super::convert::{Array1, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
+use super::convert::{Any, Array1, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
 use super::dispatch::{for_joints, same_joints};
 use super::signals::{PyQuintic, PySines, PyTable};
 use crate::arm::Arm;
@@ -17,8 +17,6 @@ use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// (q_d, dq_d, ddq_d).
 pub(super) type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);

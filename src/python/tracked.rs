@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
 use super::compensator::{Compensation, compensator_of};
-use super::convert::{Array1, array1, joints, scalar, vector};
+use super::convert::{Any, Array1, array1, joints, scalar, vector};
 use super::monitor::Monitor;
 use super::planted::Planted;
 use super::simulate::{Settings, simulated};
@@ -20,8 +20,6 @@ use crate::control::{
 use crate::design::{Conditions, Finding, JointReport, Report};
 use crate::error::Result;
 use crate::reference::Setpoint;
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// A part of the latest command.
 #[derive(Clone, Copy)]

@@ -10,12 +10,10 @@ use pyo3::types::{PyBytes, PyDict};
 
 use super::any_arm::joints_of;
 use super::compensator::compensator_of;
-use super::convert::{Array1, Array2, array1, matrix_of, owned2, wrong_type};
+use super::convert::{Any, Array1, Array2, array1, matrix_of, owned2, wrong_type};
 use super::dispatch::for_joints;
 use super::tracked::{Arguments, Part, Tracked, tracker};
 use super::{saving, value_error};
-
-type Any<'a, 'py> = &'a Bound<'py, PyAny>;
 
 /// Computed torque for the nominal arm, τ = M₀(v - ρ̂) + H₀ with v = ddq_d - K_v de - K_p e (eqs.
 /// 7, 11, 12).
