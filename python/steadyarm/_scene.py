@@ -10,7 +10,6 @@ import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import version
 from typing import Any
 
@@ -35,6 +34,9 @@ CLASSES: dict[str, Any] = {
     )
 }
 """Classes that are built from their arguments, beside `Serial`, which is built from its TOML."""
+
+PARAMETERS = {name: list(inspect.signature(made).parameters) for name, made in CLASSES.items()}
+"""Their arguments, in their order: those of `__reduce__` too."""
 
 OPTIONS = (
     "duration", "dt", "method", "control_period", "q0", "dq0", "rtol", "atol", "record_every",
@@ -63,7 +65,7 @@ class Scene:
         options: Mapping[str, Any],
     ) -> Scene:
         """Of the arguments of a simulation, the tracker by its own."""
-        arguments = dict(zip(_parameters(_core.ComputedTorque), tracker, strict=True))
+        arguments = dict(zip(PARAMETERS["ComputedTorque"], tracker, strict=True))
         parts = {
             "steadyarm": VERSION,
             "joint_names": joint_names(plant.arm, len(arguments["kp"])),
@@ -142,12 +144,6 @@ def _option(name: str, value: Any) -> Any:
     return int(value) if name == "record_every" else np.asarray(value, dtype=float).tolist()
 
 
-@cache
-def _parameters(made: Any) -> list[str]:
-    """The arguments of a class, in their order."""
-    return list(inspect.signature(made).parameters)
-
-
 def _plain(value: Any) -> Any:
     """A value without objects."""
     if value is None or isinstance(value, bool | int | float | str):
@@ -163,7 +159,7 @@ def _plain(value: Any) -> Any:
     name = type(value).__name__
     if CLASSES.get(name) is type(value):
         arguments = value.__reduce__()[1]
-        return {name: _plain(dict(zip(_parameters(type(value)), arguments, strict=True)))}
+        return {name: _plain(dict(zip(PARAMETERS[name], arguments, strict=True)))}
     return {"callable": getattr(value, "__qualname__", name)}
 
 
