@@ -18,9 +18,9 @@ use steadyarm::robot::shipped;
 use steadyarm::sim::{Motion, Options, RK4, hold_torque, simulate};
 
 const DT: f64 = 1e-3;
-const ROUNDS: usize = 11;
-/// A thread's time is counted in ticks of some milliseconds.
-const PASSES: usize = 10;
+const ROUNDS: usize = 7;
+/// A thread's time is counted in ticks of some milliseconds: a turn takes about a hundred of them.
+const PASSES: usize = 50;
 
 type ArmPlant<const N: usize> = Plant<N, Serial<N>, Undisturbed>;
 

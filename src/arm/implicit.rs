@@ -20,10 +20,10 @@ const MOST_CUTS: usize = 6;
 /// A step overshoots if the slope along it ends higher than this share of how low it began.
 const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
-const PRECISION: f64 = 1e-7;
+const PRECISION: f64 = 1e-6;
 /// After a step that is smaller than this, relative to the same, Newton's method is within that
 /// precision: it squares it.
-const LAST_STEP: f64 = 3e-4;
+const LAST_STEP: f64 = 1e-3;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
 /// Less than this share of the joint's inertia is no friction worth another factor.
