@@ -3,6 +3,8 @@
 //!
 //! The platform's `exp` or `sin` differs between C libraries; these come from the `libm` crate.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use core::f64::consts::{PI, TAU};
 
 /// A column of `N` joint values.
@@ -19,6 +21,30 @@ pub(crate) const LANES: usize = 8;
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
 pub(crate) struct Line(pub [f64; LANES]);
+
+/// How a loop over lanes runs: in line, in a caller that is compiled for the instruction set at
+/// hand, or in a copy of its own.
+pub(crate) trait Runs: Copy {
+    fn run<T: WithSimd>(self, task: T) -> T::Output;
+}
+
+impl<S: Simd> Runs for S {
+    #[inline(always)]
+    fn run<T: WithSimd>(self, task: T) -> T::Output {
+        task.with_simd(self)
+    }
+}
+
+/// In a copy of its own, which all callers share.
+#[derive(Clone, Copy)]
+pub(crate) struct Shared;
+
+impl Runs for Shared {
+    #[inline(never)]
+    fn run<T: WithSimd>(self, task: T) -> T::Output {
+        Arch::new().dispatch(task)
+    }
+}
 
 /// eˣ.
 #[inline]

@@ -243,11 +243,12 @@ impl FuzzyBasis {
     }
 }
 
-struct Activate<'a> {
-    basis: &'a FuzzyBasis,
-    x: &'a [f64],
-    scratch: &'a mut [f64],
-    activation: &'a mut [f64],
+/// Evaluates a basis at a finite x.
+pub(crate) struct Activate<'a> {
+    pub basis: &'a FuzzyBasis,
+    pub x: &'a [f64],
+    pub scratch: &'a mut [f64],
+    pub activation: &'a mut [f64],
 }
 
 impl WithSimd for Activate<'_> {

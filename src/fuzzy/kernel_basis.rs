@@ -7,12 +7,12 @@
 //! with pᵢ the memberships of input i. Five sets on each of 14 inputs make 6.1 billion rules, and
 //! 70 memberships.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
 use super::form::MAX_INPUTS;
 use crate::error::{Result, finite, length};
-use crate::math::{LANES, sqrt};
+use crate::math::{LANES, Runs, Shared, sqrt};
 
 /// Blocks of atoms that are compared side by side.
 const BATCH: usize = 2;
@@ -71,8 +71,8 @@ impl KernelBasis {
         finite("x", x)?;
         finite("y", y)?;
         let (left, right) = work.split_at_mut(self.activation_len());
-        Arch::new().dispatch(Activate { basis: self, x, memberships: left });
-        Arch::new().dispatch(Activate { basis: self, x: y, memberships: right });
+        Shared.run(Memberships { basis: self, x, memberships: left });
+        Shared.run(Memberships { basis: self, x: y, memberships: right });
         Ok(self.kernel_of(left, right))
     }
 
@@ -94,18 +94,18 @@ impl KernelBasis {
 
     /// Writes the memberships of a finite x.
     #[inline(always)]
-    pub(crate) fn activate<S: Simd>(&self, simd: S, x: &[f64], memberships: &mut [f64]) {
+    fn activate<S: Simd>(&self, simd: S, x: &[f64], memberships: &mut [f64]) {
         self.axes.memberships(simd, x, memberships);
     }
 
     /// k of two evaluated bases.
     pub(crate) fn kernel_of(&self, left: &[f64], right: &[f64]) -> f64 {
-        Arch::new().dispatch(Dot { basis: self, left, right })
+        Shared.run(Kernel { basis: self, left, right })
     }
 
     /// k of two evaluated bases, with the same sums as [`compare`](Self::compare).
     #[inline(always)]
-    pub(crate) fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64]) -> f64 {
+    fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64]) -> f64 {
         let mut sums = [0.0; MAX_INPUTS];
         self.axes.products(simd, (left, right), |input, sum| sums[input] = sum);
         sums[..self.inputs()].iter().product()
@@ -114,13 +114,7 @@ impl KernelBasis {
     /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block,
     /// set after set, the atoms of a block in the lanes.
     #[inline(always)]
-    pub(crate) fn compare<S: Simd>(
-        &self,
-        simd: S,
-        memberships: &[f64],
-        atoms: &[f64],
-        out: &mut [f64],
-    ) {
+    fn compare<S: Simd>(&self, simd: S, memberships: &[f64], atoms: &[f64], out: &mut [f64]) {
         let block = self.sets() * LANES;
         let mut outs = out.chunks_exact_mut(BATCH * LANES);
         let mut batches = atoms.chunks_exact(BATCH * block);
@@ -203,13 +197,14 @@ impl KernelBasis {
     }
 }
 
-struct Activate<'a> {
-    basis: &'a KernelBasis,
-    x: &'a [f64],
-    memberships: &'a mut [f64],
+/// Writes the memberships of a finite x.
+pub(crate) struct Memberships<'a> {
+    pub basis: &'a KernelBasis,
+    pub x: &'a [f64],
+    pub memberships: &'a mut [f64],
 }
 
-impl WithSimd for Activate<'_> {
+impl WithSimd for Memberships<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -218,13 +213,14 @@ impl WithSimd for Activate<'_> {
     }
 }
 
-struct Dot<'a> {
-    basis: &'a KernelBasis,
-    left: &'a [f64],
-    right: &'a [f64],
+/// k of two evaluated bases.
+pub(crate) struct Kernel<'a> {
+    pub basis: &'a KernelBasis,
+    pub left: &'a [f64],
+    pub right: &'a [f64],
 }
 
-impl WithSimd for Dot<'_> {
+impl WithSimd for Kernel<'_> {
     type Output = f64;
 
     #[inline(always)]
@@ -233,10 +229,41 @@ impl WithSimd for Dot<'_> {
     }
 }
 
-/// The atom with the largest k²/k(atom, atom), and that ratio; the first of equals. `atoms` blocks
-/// of kernels and of inverses 1/k(atom, atom), which are 0 where no atom is.
+/// k of `memberships` with every atom.
+pub(crate) struct Compare<'a> {
+    pub basis: &'a KernelBasis,
+    pub memberships: &'a [f64],
+    pub atoms: &'a [f64],
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Compare<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.basis.compare(simd, self.memberships, self.atoms, self.out);
+    }
+}
+
+/// The atom with the largest k²/k(atom, atom), and that ratio; the first of equals. Whole blocks of
+/// kernels, and of inverses 1/k(atom, atom), which are 0 where no atom is.
+pub(crate) struct Nearest<'a> {
+    pub kernels: &'a [f64],
+    pub inverses: &'a [f64],
+}
+
+impl WithSimd for Nearest<'_> {
+    type Output = (usize, f64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> (usize, f64) {
+        nearest(simd, self.kernels, self.inverses)
+    }
+}
+
 #[inline(always)]
-pub(crate) fn nearest<S: Simd>(simd: S, kernels: &[f64], inverses: &[f64]) -> (usize, f64) {
+fn nearest<S: Simd>(simd: S, kernels: &[f64], inverses: &[f64]) -> (usize, f64) {
     let parts = LANES / S::F64_LANES;
     let mut best = [simd.splat_f64s(-1.0); LANES];
     let mut at = [simd.splat_f64s(0.0); LANES];

@@ -3,10 +3,10 @@
 //! Sums run over 8 lanes, however many a register holds; the lanes are added in a fixed order and
 //! nothing is fused, so every instruction set gives the same bits.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::places::{Dyad, Dyads};
-use crate::math::{LANES, Line};
+use crate::math::{LANES, Line, Runs, Shared};
 
 /// Terms that are added side by side.
 const BATCH: usize = 5;
@@ -277,17 +277,21 @@ pub(crate) fn dot_lanes<S: Simd>(simd: S, left: &[f64], right: &[f64]) -> Line {
 
 /// |W|² as [`accumulate`] returns it.
 pub(crate) fn norm_squared(weights: &[f64]) -> f64 {
-    Arch::new().dispatch(NormSquared(weights))
+    Shared.run(Dot { left: weights, right: weights })
 }
 
-struct NormSquared<'a>(&'a [f64]);
+/// Σ x_i y_i over whole lanes.
+pub(crate) struct Dot<'a> {
+    pub left: &'a [f64],
+    pub right: &'a [f64],
+}
 
-impl WithSimd for NormSquared<'_> {
+impl WithSimd for Dot<'_> {
     type Output = f64;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> f64 {
-        dot(simd, self.0, self.0)
+        dot(simd, self.left, self.right)
     }
 }
 
@@ -344,7 +348,7 @@ mod tests {
     fn every_instruction_set_gives_the_same_bits() {
         for rows in [1, 7] {
             let scalar = All(rows).with_simd(Scalar);
-            assert_eq!(scalar, Arch::new().dispatch(All(rows)));
+            assert_eq!(scalar, Shared.run(All(rows)));
             #[cfg(target_arch = "x86_64")]
             if let Some(v3) = pulp::x86::V3::try_new() {
                 assert_eq!(scalar, Simd::vectorize(v3, All(rows)));

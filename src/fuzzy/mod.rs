@@ -16,7 +16,8 @@ mod places;
 #[cfg(feature = "std")]
 pub use approximator::FuzzyApproximator;
 pub use axes::Axis;
+pub(crate) use basis::Activate;
 pub use basis::FuzzyBasis;
 pub use form::{Form, MAX_INPUTS, MAX_RULES, MAX_SETS};
 pub use kernel_basis::KernelBasis;
-pub(crate) use kernel_basis::nearest;
+pub(crate) use kernel_basis::{Compare, Kernel, Memberships, Nearest};

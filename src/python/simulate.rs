@@ -126,7 +126,8 @@ fn simulated<'py, const N: usize>(
         }
         other => other,
     };
-    let record = record(py, run)?;
+    let (status, certificate, rows) = ((run.status, ended(&run)), run.certificate, run.t.len());
+    let record = record(py, status, certificate, run.into_columns(), [rows, N])?;
     let (compensator, state) = (&controller.compensator, &state.compensator);
     let weights = compensator.weights(state).ok();
     let weights = weights.map(|w| (w.len() / N, w)).map(|(columns, w)| owned2(py, w, columns));
@@ -157,15 +158,21 @@ fn declared(channel: &Channel) -> Declared {
 
 /// A run as a dict: its status and certificate, the `columns` of every record by name, and its
 /// `own` with what they are.
-fn record<'py, const N: usize>(py: Python<'py>, run: Run<N>) -> PyResult<Bound<'py, PyDict>> {
+fn record<'py>(
+    py: Python<'py>,
+    (status, ended): (Status, f64),
+    certificate: Option<Certificate>,
+    all: Vec<Column>,
+    [rows, joints]: [usize; 2],
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
-    dict.set_item("status", status(&run))?;
-    dict.set_item("certificate", run.certificate.map(|it| figures(py, &it)).transpose()?)?;
+    dict.set_item("status", self::status(status, ended))?;
+    dict.set_item("certificate", certificate.map(|it| figures(py, &it)).transpose()?)?;
     let (columns, own) = (PyDict::new(py), PyList::empty(py));
-    let (rows, common) = (run.t.len(), Run::<N>::channels().count());
-    for (i, Column { channel, values }) in run.into_columns().into_iter().enumerate() {
-        let recorded = values.len() == rows * channel.width.of(N);
-        let array = array(py, channel.width, values, N)?;
+    let common = Run::<1>::channels().count();
+    for (i, Column { channel, values }) in all.into_iter().enumerate() {
+        let recorded = values.len() == rows * channel.width.of(joints);
+        let array = array(py, channel.width, values, joints)?;
         if i < common {
             columns.set_item(channel.name, recorded.then_some(array))?;
         } else if recorded {
@@ -185,8 +192,8 @@ fn array(py: Python<'_>, width: Width, values: Vec<f64>, joints: usize) -> PyRes
 }
 
 /// Its kind, when it ended, and the reason.
-fn status<const N: usize>(run: &Run<N>) -> (&'static str, f64, String) {
-    let (kind, reason) = match run.status {
+fn status(status: Status, ended: f64) -> (&'static str, f64, String) {
+    let (kind, reason) = match status {
         Status::Finished => ("finished", String::new()),
         Status::Interrupted { .. } => ("interrupted", "it was stopped from the keyboard".into()),
         Status::Unresolved(doubt) => ("unresolved", doubt.to_string()),
@@ -195,7 +202,7 @@ fn status<const N: usize>(run: &Run<N>) -> (&'static str, f64, String) {
             ("diverged", format!("{cause}; before that, {doubt}"))
         }
     };
-    (kind, ended(run), reason)
+    (kind, ended, reason)
 }
 
 fn figures<'py>(py: Python<'py>, certificate: &Certificate) -> PyResult<Bound<'py, PyDict>> {

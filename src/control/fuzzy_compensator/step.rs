@@ -3,12 +3,13 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::tasks::{Activate, Dots, Products, Runs, Shared, WriteRows};
+use super::tasks::{Dots, Products, WriteRows};
 use super::{FuzzyCompensator, FuzzyState, Places};
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
+use crate::fuzzy::Activate;
 use crate::fuzzy::kernels::flush;
-use crate::math::Vector;
+use crate::math::{Runs, Shared, Vector};
 
 /// Up to so many joints a stage is compiled as a whole.
 const WHOLE: usize = 2;

@@ -4,51 +4,11 @@
 //! line, in a stage that is compiled as a whole; beyond that, where a stage takes a microsecond and
 //! more, all joint counts share one copy of each.
 
-use pulp::{Arch, Simd, WithSimd};
+use pulp::{Simd, WithSimd};
 
 use super::MAX_STAGES;
 use crate::fuzzy::FuzzyBasis;
 use crate::fuzzy::kernels::{accumulate, contract};
-
-/// Runs a task: in line, or in a copy of its own.
-pub(super) trait Runs: Copy {
-    fn run<T: WithSimd>(self, task: T) -> T::Output;
-}
-
-impl<S: Simd> Runs for S {
-    #[inline(always)]
-    fn run<T: WithSimd>(self, task: T) -> T::Output {
-        task.with_simd(self)
-    }
-}
-
-/// In a copy of its own.
-#[derive(Clone, Copy)]
-pub(super) struct Shared;
-
-impl Runs for Shared {
-    #[inline(always)]
-    fn run<T: WithSimd>(self, task: T) -> T::Output {
-        Arch::new().dispatch(task)
-    }
-}
-
-/// Evaluates the basis at x.
-pub(super) struct Activate<'a> {
-    pub basis: &'a FuzzyBasis,
-    pub x: &'a [f64],
-    pub scratch: &'a mut [f64],
-    pub activation: &'a mut [f64],
-}
-
-impl WithSimd for Activate<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.basis.activate(simd, self.x, self.scratch, self.activation);
-    }
-}
 
 /// ξᵢ·ξⱼ of each joint's rules.
 pub(super) struct Dots<'a> {

@@ -5,13 +5,11 @@
 //! `δₙ (2 Wₙξₐ + δₙ k(a, a))` and `Wₙξ` by `δₙ k(a, x)`, all of it known: the kernels of the atoms
 //! with each other are kept.
 
-use pulp::Simd;
-
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::Buffer;
-use crate::fuzzy::kernels::{dot, flush};
-use crate::fuzzy::nearest;
-use crate::math::{Vector, sqrt};
+use crate::fuzzy::Nearest;
+use crate::fuzzy::kernels::{Dot, flush};
+use crate::math::{Runs, Vector, sqrt};
 
 /// Nothing fires at all where k(x, x) is smaller: such a term is an error, not an atom.
 pub(super) const SMALLEST_SIZE: f64 = 1e-200;
@@ -30,22 +28,21 @@ struct Term<'a, const N: usize> {
 
 impl<const N: usize> KernelCompensator<N> {
     /// W ← keep W + Σ cⱼ ξⱼᵀ over the stages before `count`.
-    #[inline(always)]
-    pub(super) fn write<S: Simd, B: Buffer>(
+    pub(super) fn write<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         count: usize,
     ) {
         for j in 0..count {
-            (0..=j).for_each(|k| self.product(simd, state, j, k));
+            (0..=j).for_each(|k| self.product(tasks, state, j, k));
         }
         let mix = state.stages.mixes[count];
         self.fade(state, count, &mix.keep);
         for (stage, coefficient) in mix.terms[..count].iter().enumerate() {
             if coefficient.iter().any(|c| *c != 0.0) {
                 let size = state.stages.gram[stage][stage][0];
-                self.add(simd, state, &Term { stage, count, coefficient, size });
+                self.add(tasks, state, &Term { stage, count, coefficient, size });
             }
         }
         state.norms.apply(|norm| *norm = norm.max(0.0));
@@ -56,7 +53,6 @@ impl<const N: usize> KernelCompensator<N> {
     }
 
     /// W ← keep W.
-    #[inline(always)]
     fn fade<B: Buffer>(&self, state: &mut KernelState<N, B>, count: usize, keep: &Vector<N>) {
         state.scale.component_mul_assign(keep);
         state.errors.component_mul_assign(keep);
@@ -76,8 +72,7 @@ impl<const N: usize> KernelCompensator<N> {
         }
     }
 
-    #[inline(always)]
-    fn add<S: Simd, B: Buffer>(&self, simd: S, state: &mut KernelState<N, B>, term: &Term<'_, N>) {
+    fn add<B: Buffer>(&self, tasks: impl Runs, state: &mut KernelState<N, B>, term: &Term<'_, N>) {
         let Places { row, inverses, kernels, .. } = self.places;
         let (used, length) = (Self::used_row(state.atoms), sqrt(term.size));
         if term.size < SMALLEST_SIZE {
@@ -86,29 +81,29 @@ impl<const N: usize> KernelCompensator<N> {
         }
         let memory = state.memory.as_slice();
         let own = &memory[kernels + term.stage * row..][..used];
-        let (atom, ratio) = nearest(simd, own, &memory[inverses..][..used]);
+        let inverses_of = &memory[inverses..][..used];
+        let (atom, ratio) = tasks.run(Nearest { kernels: own, inverses: inverses_of });
         let lost = (1.0 - ratio / term.size).max(0.0) + self.basis.rounding();
         if lost < self.kernel.merge_tolerance * self.kernel.merge_tolerance {
             let delta = term.coefficient * (own[atom] * memory[inverses + atom]);
             state.errors += term.coefficient.abs() * (length * sqrt(lost));
             state.merged += 1;
-            self.change(simd, state, atom, &delta, (term.stage + 1, term.count));
+            self.change(tasks, state, atom, &delta, (term.stage + 1, term.count));
             return;
         }
         let atom = if state.atoms < self.kernel.capacity {
             state.atoms += 1;
             state.atoms - 1
         } else {
-            self.drop_least(simd, state, term)
+            self.drop_least(tasks, state, term)
         };
         self.insert(state, atom, term);
     }
 
     /// Adds δ to the coefficients of an atom; the stages in `pending` follow.
-    #[inline(always)]
-    fn change<S: Simd, B: Buffer>(
+    fn change<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         atom: usize,
         delta: &Vector<N>,
@@ -120,8 +115,8 @@ impl<const N: usize> KernelCompensator<N> {
         let size = memory[sizes + atom];
         for n in 0..N {
             let place = coefficients + n * row;
-            let along =
-                dot(simd, &memory[place..][..used], &memory[gram + atom * gram_row..][..used]);
+            let (left, right) = (&memory[place..], &memory[gram + atom * gram_row..]);
+            let along = tasks.run(Dot { left: &left[..used], right: &right[..used] });
             state.norms[n] += delta[n] * (2.0 * state.scale[n] * along + delta[n] * size);
             memory[place + atom] += delta[n] / state.scale[n];
         }
@@ -131,7 +126,6 @@ impl<const N: usize> KernelCompensator<N> {
     }
 
     /// Makes a term an atom in a place that is free.
-    #[inline(always)]
     fn insert<B: Buffer>(&self, state: &mut KernelState<N, B>, atom: usize, term: &Term<'_, N>) {
         let Places {
             row,
@@ -171,10 +165,9 @@ impl<const N: usize> KernelCompensator<N> {
     }
 
     /// Drops the atom with the smallest |c_k|² k(x_k, x_k); returns its place.
-    #[inline(always)]
-    fn drop_least<S: Simd, B: Buffer>(
+    fn drop_least<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         term: &Term<'_, N>,
     ) -> usize {
@@ -198,7 +191,7 @@ impl<const N: usize> KernelCompensator<N> {
         let coefficient = self.coefficient(state, atom);
         state.errors += coefficient.abs() * length;
         state.dropped += 1;
-        self.change(simd, state, atom, &-coefficient, (term.stage, term.count));
+        self.change(tasks, state, atom, &-coefficient, (term.stage, term.count));
         atom
     }
 

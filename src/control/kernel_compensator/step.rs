@@ -1,13 +1,12 @@
 //! A step in terms of kernels: `Wξ = keep W(t)ξ + Σ cⱼ k(xⱼ, x)`, with the law of every stage in
 //! between.
 
-use pulp::{Arch, Simd, WithSimd};
-
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
 use crate::error::Result;
-use crate::fuzzy::kernels::dot;
-use crate::math::Vector;
+use crate::fuzzy::kernels::Dot;
+use crate::fuzzy::{Compare, Kernel, Memberships};
+use crate::math::{Runs, Shared, Vector};
 
 /// What a record shows of the dictionary: in sampled control, after the step of its row.
 const CHANNELS: [Channel; 2] = [
@@ -27,7 +26,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         stage: &Stage<'_>,
         sample: &Sample<N>,
     ) -> Vector<N> {
-        Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
+        Estimate { compensator: self, state, stage, sample }.with(Shared)
     }
 
     #[inline]
@@ -47,7 +46,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         }
         let count = end.index;
         self.update.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
-        Arch::new().dispatch(Write { compensator: self, state, count });
+        self.write(Shared, state, count);
         Ok(())
     }
 
@@ -70,7 +69,7 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
     }
 }
 
-/// A stage, compiled as a whole for the instruction set at hand.
+/// A stage.
 pub(super) struct Estimate<'a, const N: usize, B: Buffer> {
     pub compensator: &'a KernelCompensator<N>,
     pub state: &'a mut KernelState<N, B>,
@@ -78,15 +77,12 @@ pub(super) struct Estimate<'a, const N: usize, B: Buffer> {
     pub sample: &'a Sample<N>,
 }
 
-impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
-    type Output = Vector<N>;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vector<N> {
+impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
+    pub fn with(self, tasks: impl Runs) -> Vector<N> {
         let Self { compensator, state, stage, sample } = self;
         let i = stage.index;
-        compensator.evaluate(simd, state, i, sample);
-        compensator.correlate(simd, state, stage);
+        compensator.evaluate(tasks, state, i, sample);
+        compensator.correlate(tasks, state, stage);
         let (update, frozen) = (&compensator.update, state.frozen);
         update.mix(&mut state.stages, stage, update.leak_rate(frozen));
         update.learn(&mut state.stages, &state.norms, i, sample, frozen);
@@ -94,28 +90,11 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
     }
 }
 
-/// The end of a step, compiled in the same way.
-pub(super) struct Write<'a, const N: usize, B: Buffer> {
-    pub compensator: &'a KernelCompensator<N>,
-    pub state: &'a mut KernelState<N, B>,
-    pub count: usize,
-}
-
-impl<const N: usize, B: Buffer> WithSimd for Write<'_, N, B> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        self.compensator.write(simd, self.state, self.count);
-    }
-}
-
 impl<const N: usize> KernelCompensator<N> {
     /// The memberships, the kernels with all atoms, and W(t)ξ, at stage i.
-    #[inline(always)]
-    fn evaluate<S: Simd, B: Buffer>(
+    fn evaluate<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         i: usize,
         sample: &Sample<N>,
@@ -129,44 +108,43 @@ impl<const N: usize> KernelCompensator<N> {
         let x = &mut x[..self.basis.inputs()];
         self.update.parameters.inputs.gather(sample, x);
         let memberships = &mut memberships[i * stage..(i + 1) * stage];
-        self.basis.activate(simd, x, memberships);
+        tasks.run(Memberships { basis: &self.basis, x, memberships: &mut *memberships });
         let out = &mut rows[i * row..][..used];
-        self.basis.compare(simd, memberships, &dictionary[..used * self.basis.sets()], out);
+        let atoms = &dictionary[..used * self.basis.sets()];
+        tasks.run(Compare { basis: &self.basis, memberships, atoms, out: &mut *out });
         for n in 0..N {
             let own = &dictionary[coefficients + n * row..][..used];
-            state.stages.own[i][n] = state.scale[n] * dot(simd, own, out);
+            state.stages.own[i][n] = state.scale[n] * tasks.run(Dot { left: own, right: out });
         }
         state.stages.known[i] = 0;
     }
 
     /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
-    #[inline(always)]
-    fn correlate<S: Simd, B: Buffer>(
+    fn correlate<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         stage: &Stage<'_>,
     ) {
         let i = stage.index;
         if self.update.needs_norms(i) {
             for j in 0..=i {
-                (0..=j).for_each(|k| self.product(simd, state, j, k));
+                (0..=j).for_each(|k| self.product(tasks, state, j, k));
             }
             return;
         }
         for (j, a) in stage.coefficients.iter().enumerate() {
             if *a != 0.0 {
-                self.product(simd, state, i, j);
+                self.product(tasks, state, i, j);
             }
         }
-        self.product(simd, state, i, i);
+        self.product(tasks, state, i, i);
     }
 
     /// ξᵢ·ξⱼ, unless it is known.
-    #[inline(always)]
-    pub(super) fn product<S: Simd, B: Buffer>(
+    pub(super) fn product<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut KernelState<N, B>,
         i: usize,
         j: usize,
@@ -174,7 +152,8 @@ impl<const N: usize> KernelCompensator<N> {
         if state.stages.known[i] >> j & 1 != 0 {
             return;
         }
-        let k = self.basis.dot(simd, self.memberships(state, i), self.memberships(state, j));
+        let (left, right) = (self.memberships(state, i), self.memberships(state, j));
+        let k = tasks.run(Kernel { basis: &self.basis, left, right });
         state.stages.gram[i][j] = Vector::repeat(k);
         state.stages.known[i] |= 1 << j;
     }

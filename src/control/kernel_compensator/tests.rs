@@ -1,8 +1,8 @@
 //! One lane at a time, and with the registers of this machine: the same bits.
 
-use pulp::{Scalar, WithSimd};
+use pulp::Scalar;
 
-use super::step::{Estimate, Write};
+use super::step::Estimate;
 use super::*;
 use crate::control::{Adaptation, Compensator, Sample, Stage};
 use crate::fuzzy::Axis;
@@ -46,14 +46,13 @@ fn every_instruction_set_gives_the_same_bits() {
             let wide = compensator.estimate(&mut left, stage, sample);
             let state = &mut right;
             let estimate = Estimate { compensator: &compensator, state, stage, sample };
-            let narrow = estimate.with_simd(Scalar);
+            let narrow = estimate.with(Scalar);
             assert_eq!(wide.map(f64::to_bits), narrow.map(f64::to_bits), "step {k}");
             compensator.advance(&mut left, &Stage::after(0.01)).unwrap();
             let end = Stage::after(0.01);
             let (count, bound) = (end.index, compensator.basis.xi_bound());
             compensator.update.finish(&mut right.stages, &right.norms, &end, bound).unwrap();
-            let write = Write { compensator: &compensator, state: &mut right, count };
-            write.with_simd(Scalar);
+            compensator.write(Scalar, &mut right, count);
         }
         assert!(left.weights_norm() > 0.1);
         assert_eq!(left.weights_norm().to_bits(), right.weights_norm().to_bits());
