@@ -37,7 +37,7 @@ pub(crate) struct Implicit<'a, const N: usize> {
     pub mass: &'a Matrix<N>,
     pub factor: &'a Factor<N>,
     pub laws: &'a [Resistance; N],
-    /// h [s].
+    /// h \[s\].
     pub h: f64,
     /// The joints are at `place + h V`.
     pub place: &'a Vector<N>,

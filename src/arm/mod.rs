@@ -136,7 +136,7 @@ pub trait Arm<const N: usize> {
         Posed::of(self, q, dq).acceleration(self, (q, dq), tau)
     }
 
-    /// Kinetic energy ½ q̇ᵀ M q̇ [J].
+    /// Kinetic energy ½ q̇ᵀ M q̇ \[J\].
     fn kinetic_energy(&self, q: &Vector<N>, dq: &Vector<N>) -> f64 {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
     }

@@ -11,9 +11,9 @@ use crate::math::Vector;
 /// żⱼ.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
-    /// Number of the stage, below [`MAX_STAGES`].
+    /// Number of the stage, below [`MAX_STAGES`](super::MAX_STAGES).
     pub index: usize,
-    /// Step h [s].
+    /// Step h \[s\].
     pub step: f64,
     /// c, as a fraction of the step.
     pub node: f64,
@@ -28,7 +28,8 @@ impl Stage<'_> {
     pub const NOW: Stage<'static> =
         Stage { index: 0, step: 0.0, node: 0.0, coefficients: &[], nodes: &[] };
 
-    /// The end of a sampled controller's period `dt` [s]: one Euler step from [`NOW`](Self::NOW).
+    /// The end of a sampled controller's period `dt` \[s\]: one Euler step from
+    /// [`NOW`](Self::NOW).
     pub fn after(dt: f64) -> Stage<'static> {
         Stage { index: 1, step: dt, node: 1.0, coefficients: &[1.0], nodes: &[0.0] }
     }

@@ -14,7 +14,7 @@ use crate::reference::Setpoint;
 /// Measurements and set-points beyond this are impossible for an arm, as in MuJoCo.
 const IMPOSSIBLE: f64 = 1e10;
 
-/// Periods of a sampled controller [s].
+/// Periods of a sampled controller \[s\].
 const SHORTEST_PERIOD: f64 = 1e-9;
 const LONGEST_PERIOD: f64 = 1.0;
 
@@ -106,7 +106,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     }
 
     /// One sample of the controller: the torque for this instant, and the adaptation over the
-    /// period `dt` [s] that it will be held for. Allocates nothing and cannot panic.
+    /// period `dt` \[s\] that it will be held for. Allocates nothing and cannot panic.
     ///
     /// # Errors
     /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1

@@ -7,13 +7,13 @@ use crate::reference::Setpoint;
 /// What a controller sees at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample<const N: usize> {
-    /// Measured position q [rad].
+    /// Measured position q \[rad\].
     pub q: Vector<N>,
     /// Measured velocity q̇ [rad/s].
     pub dq: Vector<N>,
     /// Where the arm should be.
     pub desired: Setpoint<N>,
-    /// Tracking error e = q − q_d [rad], in [−π, π) for a joint that turns without an end.
+    /// Tracking error e = q − q_d \[rad\], in [−π, π) for a joint that turns without an end.
     pub e: Vector<N>,
     /// ė = q̇ − q̇_d [rad/s].
     pub de: Vector<N>,

@@ -19,7 +19,13 @@ pub(super) type Modes<S> = OMatrix<Complex, S, nalgebra::U1>;
 
 /// What has room for S states and M inputs: one bound instead of six.
 pub(super) trait Room<S: Dim, M: Dim>:
-    Allocator<S, S> + Allocator<S, M> + Allocator<M, S> + Allocator<M, M> + Allocator<S> + Allocator<M>
+    Allocator<S>
+    + Allocator<M>
+    // Square, then wide and tall.
+    + Allocator<S, S>
+    + Allocator<M, M>
+    + Allocator<S, M>
+    + Allocator<M, S>
 {
 }
 

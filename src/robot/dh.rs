@@ -1,8 +1,9 @@
 //! Denavit-Hartenberg tables, in the two conventions of the field:
 //!
 //! ```text
-//! standard   ⁱ⁻¹Tᵢ = R_z(θᵢ) T_z(dᵢ) T_x(aᵢ) R_x(αᵢ)              frame i at the far end of link i
-//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)        frame i on joint i; row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
+//! standard   ⁱ⁻¹Tᵢ = R_z(θᵢ) T_z(dᵢ) T_x(aᵢ) R_x(αᵢ)           frame i at the far end of link i
+//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)     frame i on joint i
+//!            row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
 //! ```
 //!
 //! A link of ours has its frame on its joint, so a standard table's mass distributions are moved by
@@ -32,13 +33,13 @@ pub enum Convention {
 pub struct DhRow {
     /// How the joint moves: one that turns adds q to θ, a prismatic one to d.
     pub kind: JointKind,
-    /// a, along x [m].
+    /// a, along x \[m\].
     pub a: f64,
-    /// α, about x [rad].
+    /// α, about x \[rad\].
     pub alpha: f64,
-    /// d, along z [m].
+    /// d, along z \[m\].
     pub d: f64,
-    /// θ at q = 0, about z [rad].
+    /// θ at q = 0, about z \[rad\].
     pub theta_offset: f64,
     /// Mass distribution of link i, in the table's frame i.
     pub inertia: Inertia,

@@ -26,11 +26,11 @@ const STIFF: Growth = Growth { power: -1.0 / 3.0, max_factor: 3.0 };
 pub(super) struct Accepted<const N: usize> {
     /// Where it led.
     pub motion: Motion<N>,
-    /// Its length [s].
+    /// Its length \[s\].
     pub h: f64,
-    /// Its end [s].
+    /// Its end \[s\].
     pub end: f64,
-    /// The length to try next [s].
+    /// The length to try next \[s\].
     pub next_h: f64,
 }
 

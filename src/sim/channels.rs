@@ -92,7 +92,7 @@ macro_rules! record {
         $(#[$meta])*
         $vis struct $record<const $n: usize> {
             $($(
-                #[doc = concat!($doc, " [", $unit, "].")]
+                #[doc = concat!($doc, r" \[", $unit, r"\].")]
                 pub $field: Vec<$cell>,
             )*)*
             /// Signals that the compensator adds, as it declares them.

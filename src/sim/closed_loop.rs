@@ -97,7 +97,7 @@ where
         ddq
     }
 
-    /// The start of a step of length `h` [s] at time `t`; remembers the evaluation.
+    /// The start of a step of length `h` \[s\] at time `t`; remembers the evaluation.
     pub fn start<S>(&mut self, state: &mut S, h: f64, t: f64, motion: &Motion<N>) -> Start<N>
     where
         C: Compensator<N, S>,
@@ -231,7 +231,7 @@ where
         (evaluation, ddq)
     }
 
-    /// Finishes a step of length `h` from `t` to `end` [s], by RK4 or with friction solved for.
+    /// Finishes a step of length `h` from `t` to `end` \[s\], by RK4 or with friction solved for.
     ///
     /// # Errors
     /// When the weights would not be finite.
@@ -361,7 +361,7 @@ where
         }
     }
 
-    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s],
+    /// Adds to the certificate what friction did at the end of the last step, of length `h` \[s\],
     /// from the loop `at` that end.
     #[inline]
     pub(super) fn settle(&mut self, at: &Evaluation<N>, h: f64, certificate: &mut Certificate) {
@@ -393,7 +393,7 @@ where
     }
 }
 
-/// The time of a stage in a step of `h` [s] from `t` to `end`, which is that to the bit.
+/// The time of a stage in a step of `h` \[s\] from `t` to `end`, which is that to the bit.
 #[inline(always)]
 fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
     if stage.node == 1.0 { end } else { t + stage.node * h }

@@ -5,9 +5,9 @@ use core::fmt;
 /// Why a run should not be believed: its step is too long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubt {
-    /// The step [s].
+    /// The step \[s\].
     pub dt: f64,
-    /// When it was worst, or first noticed [s].
+    /// When it was worst, or first noticed \[s\].
     pub t: f64,
     /// The joint for which.
     pub joint: usize,

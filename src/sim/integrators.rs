@@ -8,7 +8,7 @@ use crate::math::{Vector, sqrt};
 /// Position and velocity at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<const N: usize> {
-    /// q [rad].
+    /// q \[rad\].
     pub q: Vector<N>,
     /// q̇ [rad/s].
     pub dq: Vector<N>,

@@ -26,7 +26,7 @@ pub(super) struct Recorder<const N: usize> {
     pub steps: usize,
     every: usize,
     record: Record,
-    /// Spacing of the rows [s].
+    /// Spacing of the rows \[s\].
     pub dt: f64,
 }
 
@@ -53,7 +53,7 @@ impl<const N: usize> Recorder<N> {
         Ok(Self { run, own, certificate: None, resolution, steps, every, record, dt })
     }
 
-    /// Time of row k [s].
+    /// Time of row k \[s\].
     #[inline]
     pub fn time(&self, k: usize) -> f64 {
         k as f64 * self.dt
@@ -130,7 +130,7 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Notes how well the step from time `t` [s] on followed the motion.
+    /// Notes how well the step from time `t` \[s\] on followed the motion.
     #[inline]
     pub fn resolve(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
         self.resolution.add(t, start, moved);

@@ -31,14 +31,14 @@ pub(super) struct Resolution<const N: usize> {
 }
 
 impl<const N: usize> Resolution<N> {
-    /// Of steps of `dt` [s].
+    /// Of steps of `dt` \[s\].
     pub fn new(dt: f64) -> Self {
         let (sums, largest, worst) = (Vector::zeros(), 0.0, (0.0, 0));
         let (smooth_sums, swing) = (sums, 0.0);
         Self { dt, sums, smooth_sums, swing, largest, worst, astray: None, lost: None }
     }
 
-    /// Adds the step from `start` at time `t` [s].
+    /// Adds the step from `start` at time `t` \[s\].
     #[inline(always)]
     pub fn add(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
         let sums = if moved.stiff { &mut self.sums } else { &mut self.smooth_sums };

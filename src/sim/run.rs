@@ -68,7 +68,7 @@ impl<const N: usize> Run<N> {
         Self::TABLE.iter().map(|(_, channel)| channel)
     }
 
-    /// What a row takes at most, with these signals of others beside it [bytes].
+    /// What a row takes at most, with these signals of others beside it \[bytes\].
     pub(super) fn row_bytes(record: Record, own: &[Channel]) -> usize {
         let common = Self::TABLE.iter().map(|&(kind, ref channel)| (kind, channel));
         let all = common.chain(own.iter().map(|channel| (Record::All, channel)));

@@ -19,7 +19,7 @@ use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
-/// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with
+/// The plant under a held torque: one step of length `h` \[s\] from time `t`, by RK4, or with
 /// friction and stops solved for where RK4 would be unstable. Where viscous friction brakes a joint
 /// by more than a tenth within the step, or Stribeck's falls fast, in up to 64 parts of it.
 pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
@@ -52,7 +52,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Self { plant, applied: plant.applied(tau), laws }
     }
 
-    /// How a step of `h` [s] starts.
+    /// How a step of `h` \[s\] starts.
     #[inline(always)]
     fn start(&self, at: &Motion<N>, t: f64, h: f64) -> Started<'_, N> {
         match &self.laws {
@@ -82,7 +82,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` [s] from time `t`, in parts where friction changes the velocity too
+    /// One step of length `h` \[s\] from time `t`, in parts where friction changes the velocity too
     /// much for one.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         let Some(laws) = &self.laws else {
@@ -106,7 +106,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Moved { lost: moved.lost.or(lost), ..moved }
     }
 
-    /// A step of length `h` [s] from time `t` that starts like this.
+    /// A step of length `h` \[s\] from time `t` that starts like this.
     #[inline(always)]
     fn part(&self, start: Started<'_, N>, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match start {
@@ -131,8 +131,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         .0
     }
 
-    /// The motion at `end` [s], by steps under error control, first one of `h` [s]; `None` if none
-    /// met the tolerance.
+    /// The motion at `end` \[s\], by steps under error control, the first of `h` \[s\]; `None` if
+    /// none met the tolerance.
     fn glide(
         &self,
         start: &Motion<N>,
@@ -182,8 +182,8 @@ enum Started<'a, const N: usize> {
     Stiff(&'a [Resistance; N], Vector<N>),
 }
 
-/// The parts that a step of `h` [s], `stiff` or not, is to be taken in, and what even these cannot
-/// follow.
+/// The parts that a step of `h` \[s\], `stiff` or not, is to be taken in, and what even these
+/// cannot follow.
 ///
 /// A torque that is held all the step leaves 1 − R of a velocity where 1 − e^(−x) is right, x = h
 /// b/m. A loop that cancels viscous friction adds up the difference: so many parts that it stays

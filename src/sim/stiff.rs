@@ -5,7 +5,8 @@
 //! K = M⁻¹r:
 //!
 //! ```text
-//! Qᵢ = q + h Σ aᵢⱼ Vⱼ     Wᵢ = v + h Σ (aᵢⱼ Kⱼ + āᵢⱼ Fⱼ)     M(Qᵢ)(Vᵢ − Wᵢ) + h āᵢᵢ λᵢ = 0     Fᵢ = (Vᵢ − Wᵢ)/(h āᵢᵢ)
+//! Qᵢ = q + h Σ aᵢⱼ Vⱼ     Wᵢ = v + h Σ (aᵢⱼ Kⱼ + āᵢⱼ Fⱼ)
+//! M(Qᵢ)(Vᵢ − Wᵢ) + h āᵢᵢ λᵢ = 0     Fᵢ = (Vᵢ − Wᵢ)/(h āᵢᵢ)
 //!
 //! a: 1 |                              ā: 1 | 0
 //!    2 | 1/2                             2 | 0  1/2
@@ -51,7 +52,7 @@ const STEADY: f64 = 5.0;
 pub struct Moved<const N: usize> {
     /// The motion at its end.
     pub motion: Motion<N>,
-    /// An estimate of the error of the position [rad], from a method of lower order.
+    /// An estimate of the error of the position \[rad\], from a method of lower order.
     pub error: Vector<N>,
     /// Whether friction and stops were solved for.
     pub stiff: bool,
@@ -60,7 +61,7 @@ pub struct Moved<const N: usize> {
 }
 
 impl<const N: usize> Moved<N> {
-    /// One step of RK4 of length `h` [s] from `start`, where q̈ = `ddq`.
+    /// One step of RK4 of length `h` \[s\] from `start`, where q̈ = `ddq`.
     #[inline(always)]
     pub fn by_rk4(
         h: f64,
@@ -78,7 +79,7 @@ impl<const N: usize> Moved<N> {
     }
 }
 
-/// Whether a step of `h` [s] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for
+/// Whether a step of `h` \[s\] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for
 /// friction, or `h² kᵢ (M⁻¹)ᵢᵢ > 1` for a stop. The trace bounds the largest eigenvalue of M⁻¹D.
 pub(super) fn beyond_rk4<const N: usize>(
     Posed { mass, factor, .. }: &Posed<N>,
@@ -128,13 +129,14 @@ pub(super) fn falling<const N: usize>(
     Some((rates.max(), rates.imax()))
 }
 
-/// Whether a bounce of joint `i` in its stop is shorter than a step of `h` [s].
+/// Whether a bounce of joint `i` in its stop is shorter than a step of `h` \[s\].
 fn is_hard<const N: usize>(inverse: &Vector<N>, law: &Resistance, i: usize, h: f64) -> bool {
     h * h * law.stop.stiffness * inverse[i] > MOST_SPRING
 }
 
-/// The step of length `h` [s] from `start`, where K₁ = `free`, and F₅. `rate` gives Kᵢ at a stage:
-/// it is told the stage, the motion there, the arm at it, and Fᵢ.
+/// The step of length `h` \[s\] from `start`, where K₁ = `free`, and F₅.
+///
+/// `rate` gives Kᵢ at a stage: it is told the stage, the motion there, the arm at it, and Fᵢ.
 pub(super) fn step<const N: usize, A: Arm<N>>(
     arm: &A,
     laws: &[Resistance; N],

@@ -53,7 +53,7 @@ impl Pose {
         Self { rotation, translation: -(rotation * self.translation) }
     }
 
-    /// R x + p [m].
+    /// R x + p \[m\].
     pub fn point(&self, x: &Vector3) -> Vector3 {
         self.rotation * x + self.translation
     }
@@ -73,7 +73,7 @@ impl Inertia {
         moments: Matrix::<3>::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// A mass [kg] in one point [m].
+    /// A mass \[kg\] in one point \[m\].
     pub const fn point_mass(mass: f64, com: Vector3) -> Self {
         Self { mass, com, moments: Self::NONE.moments }
     }

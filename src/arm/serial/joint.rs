@@ -87,7 +87,7 @@ pub(super) struct Chain<const N: usize> {
     pub tip: Pose,
     /// Gravity in the prepared base's axes [m/s²].
     pub gravity: V3,
-    /// Potential energy of what rides on the ground [J].
+    /// Potential energy of what rides on the ground \[J\].
     pub ground_energy: f64,
 }
 

@@ -13,7 +13,7 @@ pub enum JointKind {
     /// Turns about its axis without an end, as URDF's `continuous`: positions a turn apart are one,
     /// and a tracking error is taken around the circle.
     Continuous,
-    /// Slides along its axis; position [m], velocity [m/s], force [N].
+    /// Slides along its axis; position \[m\], velocity [m/s], force \[N\].
     Prismatic,
 }
 
@@ -49,7 +49,7 @@ pub struct Link {
     pub inertia: Inertia,
     /// Friction of the joint.
     pub friction: JointFriction,
-    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or [kg] for a
+    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or \[kg\] for a
     /// prismatic joint, ≥ 0.
     pub armature: f64,
     /// Limits, infinite for none.

@@ -79,7 +79,7 @@ pub struct Serial<const N: usize> {
 impl<const N: usize> Serial<N> {
     /// Checks and prepares the parameters.
     ///
-    /// M must be positive definite at q = 0 and at some positions spread over a turn [rad] or a
+    /// M must be positive definite at q = 0 and at some positions spread over a turn \[rad\] or a
     /// metre; it is then almost everywhere.
     ///
     /// # Errors
@@ -172,7 +172,7 @@ impl<const N: usize> Serial<N> {
         self.parameters.links.map(|link| link.limits)
     }
 
-    /// Largest torques [N·m] or forces [N], infinite for none.
+    /// Largest torques [N·m] or forces \[N\], infinite for none.
     pub fn effort_limit(&self) -> [f64; N] {
         self.limits().map(|limits| limits.effort)
     }
@@ -235,7 +235,7 @@ impl<const N: usize> Serial<N> {
         tau
     }
 
-    /// Potential energy U(q) [J]; G = ∂U/∂q.
+    /// Potential energy U(q) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<N>) -> f64 {
         self.chain.potential_energy(&self.chain.turns(q))
     }

@@ -12,7 +12,7 @@ use crate::math::Matrix;
 pub struct Perturbation {
     /// Share of every mass, 0 ≤ · < 1; the moments follow it.
     pub mass: f64,
-    /// Shift of every centre of mass along each axis [m], ≥ 0.
+    /// Shift of every centre of mass along each axis \[m\], ≥ 0.
     pub com: f64,
     /// Share of a link's extent in mass along each axis (½ of that in length), 0 ≤ · < 1: changes
     /// moments, not masses.

@@ -40,7 +40,7 @@ pub enum Unphysical {
 /// What keeps a mass distribution from being a body's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Flaw {
-    /// This mass is negative [kg].
+    /// This mass is negative \[kg\].
     Mass(f64),
     /// These principal moments, in ascending order, break the triangle inequality [kg·m²].
     Moments([f64; 3]),
