@@ -5,9 +5,9 @@
 //!     [θ₃ + θ₂ cos q₂         θ₃            ]        [ θ₂ q̇₁² sin q₂             ]
 //! ```
 //!
-//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at
-//! mid-link; q₁ from the horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0)
-//! and has no friction; both can be added.
+//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]. Centres of mass are at
+//! mid-link. q₁ is measured from the horizontal axis, q₂ from the first link. The paper's arm lies
+//! flat (G = 0) and has no friction; both can be added.
 
 use super::{Arm, Friction, JointFriction, Pose, Posed};
 use crate::error::{Result, finite, positive, within};
@@ -65,7 +65,7 @@ impl TwoLink {
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `mass`, `length`, `inertia`, `gravity` or `friction.…`;
-    /// or `mass_matrix.det` and `gravity_torque` if numbers that are valid one by one over- or
+    /// or `mass_matrix.det` and `gravity_torque` if numbers that are valid one by one overflow or
     /// underflow together.
     pub fn new(parameters: TwoLinkParameters) -> Result<Self> {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = parameters;
@@ -101,7 +101,7 @@ impl TwoLink {
         })
     }
 
-    /// The same arm with this friction in its joints, in place of what they had.
+    /// The same arm with this friction in place of its own.
     ///
     /// # Errors
     /// As [`Friction::validate`].

@@ -10,8 +10,8 @@ pub enum Signal {
     E,
     /// ė [rad/s].
     De,
-    /// Measured position \[rad\], as it was measured: a turn more is another input, of a continuous
-    /// joint too.
+    /// Measured position \[rad\], as it was measured. A turn more is another input, even for a
+    /// continuous joint.
     Q,
     /// Measured velocity [rad/s].
     Dq,

@@ -72,7 +72,7 @@ impl Description {
     /// on; the tip is the table's last frame.
     ///
     /// # Errors
-    /// If there is no row, a number is not finite, or a mass distribution is one that no body has.
+    /// If there is no row, a number is not finite, or no rigid body can have a mass distribution.
     pub fn from_dh(
         name: &str,
         rows: &[DhRow],
@@ -82,11 +82,11 @@ impl Description {
         Self::from_dh_taking(name, rows, convention, gravity, Unphysical::Refuse)
     }
 
-    /// [`Description::from_dh`], with a say in what is done about a mass distribution that no body
-    /// has.
+    /// [`Description::from_dh`], with a choice of what is done about a mass distribution that no
+    /// rigid body can have.
     ///
     /// # Errors
-    /// As there, but for what is to be taken.
+    /// As there, except for what is taken.
     pub fn from_dh_taking(
         name: &str,
         rows: &[DhRow],
@@ -118,7 +118,7 @@ impl Description {
     }
 }
 
-/// Refuses a row with a number that is none.
+/// Refuses a row with NaN or infinity.
 fn finite(index: usize, row: &DhRow) -> Result<(), ReadError> {
     let columns =
         [("a", row.a), ("alpha", row.alpha), ("d", row.d), ("theta_offset", row.theta_offset)];

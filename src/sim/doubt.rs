@@ -31,8 +31,8 @@ pub enum Coarse {
     Friction,
     /// Stribeck's friction, which makes the joint break away within a step.
     Falling,
-    /// Stiff friction that the controller cancels by a law which is no part of the plant's, another
-    /// smoothing for one.
+    /// Stiff friction that the controller cancels with a friction law that does not fit the
+    /// plant's, for example one of another smoothing.
     Uncovered,
 }
 

@@ -29,8 +29,8 @@ pub enum Record {
     #[default]
     All,
     /// Position and velocity; [`Run::add_reference`](super::Run::add_reference) adds the desired
-    /// motion and the error afterwards. A row of an error-controlled run then needs its dense
-    /// output alone, no evaluation of the loop.
+    /// motion and the error afterwards. A row of an error-controlled run then needs only its dense
+    /// output, and no evaluation of the loop.
     Motion,
 }
 
@@ -64,7 +64,7 @@ impl Record {
 }
 
 impl<const N: usize> Default for Options<N> {
-    /// The paper's: 40 s of RK4 with 1 ms from rest in the origin, in continuous time.
+    /// The paper's: 40 s of RK4 in steps of 1 ms, from rest at q = 0, in continuous time.
     fn default() -> Self {
         Self {
             duration: 40.0,

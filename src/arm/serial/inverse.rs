@@ -102,7 +102,8 @@ impl Wrench {
 }
 
 impl Joint {
-    /// What moves the link's mass. A turning link has kept no m, h_z, Σ_zz, a sliding one no Σ.
+    /// What moves the link's mass. The m, h_z and Σ_zz of a turning link, and the Σ of a sliding
+    /// one, belong to the link before.
     #[inline(always)]
     fn wrench(&self, s: &Spread, a: V3) -> Wrench {
         let (h, k) = (self.mass.h, &self.mass.sigma);

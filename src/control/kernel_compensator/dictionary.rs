@@ -13,7 +13,8 @@ use crate::fuzzy::kernels::{dot, flush};
 use crate::fuzzy::nearest;
 use crate::math::{Vector, sqrt};
 
-/// Nothing fires at all where k(x, x) is smaller: such a term is an error, not an atom.
+/// Where k(x, x) is smaller, no rule fires: such a term is added to the error bound and makes no
+/// atom.
 pub(super) const SMALLEST_SIZE: f64 = 1e-200;
 
 /// A scale below this goes into the coefficients.
@@ -130,7 +131,7 @@ impl<const N: usize> KernelCompensator<N> {
         }
     }
 
-    /// Makes a term an atom in a place that is free.
+    /// Makes a term an atom, in a free slot.
     #[inline(always)]
     fn insert<B: Buffer>(&self, state: &mut KernelState<N, B>, atom: usize, term: &Term<'_, N>) {
         let Places {
