@@ -17,8 +17,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
 use super::form::{Form, MAX_INPUTS};
-use super::kernels::dot;
 use super::kronecker::{Column, kronecker};
+use super::lanes::dot;
 use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};

@@ -17,7 +17,7 @@
 //! The way through: checks (`attenuation`, `regulator`) → units (`scaling`) → P (`doubling`) → the
 //! last digits and the proof (`newton`) → `certificate`. Where there is no P, these say why: `peak`
 //! (over `response`), `reach` (both on `reflector`), `hamiltonian`. Products and inverses are in
-//! `kernels`, one joint in closed form in `joint`.
+//! `dense`, one joint in closed form in `joint`.
 
 use nalgebra::{Const, SMatrix};
 
@@ -26,13 +26,13 @@ use crate::math::Matrix;
 
 mod attenuation;
 mod certificate;
+mod dense;
 mod doubling;
 #[cfg(feature = "std")]
 pub mod dynamic;
 mod gamma;
 mod hamiltonian;
 mod joint;
-mod kernels;
 mod newton;
 mod peak;
 mod reach;

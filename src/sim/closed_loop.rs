@@ -393,8 +393,7 @@ where
     }
 }
 
-/// The time of a stage in a step of `h` \[s\] from `t` to `end`. A stage at the end is at `end` to
-/// the bit.
+/// The time of a stage in a step of `h` \[s\] from `t` to `end`; `end` to the bit at c = 1.
 #[inline(always)]
 fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
     if stage.node == 1.0 { end } else { t + stage.node * h }

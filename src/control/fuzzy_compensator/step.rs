@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{FuzzyCompensator, FuzzyState, Places};
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
-use crate::fuzzy::kernels::{accumulate, contract, flush};
+use crate::fuzzy::lanes::{accumulate, contract, flush};
 use crate::math::Vector;
 
 /// Denormal weights are looked for once in so many steps.

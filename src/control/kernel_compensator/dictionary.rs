@@ -9,7 +9,7 @@ use pulp::Simd;
 
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::Buffer;
-use crate::fuzzy::kernels::{dot, flush};
+use crate::fuzzy::lanes::{dot, flush};
 use crate::fuzzy::nearest;
 use crate::math::{Vector, sqrt};
 

@@ -6,7 +6,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
 use crate::error::Result;
-use crate::fuzzy::kernels::dot;
+use crate::fuzzy::lanes::dot;
 use crate::math::Vector;
 
 /// What a record shows of the dictionary: in sampled control, after the step of its row.

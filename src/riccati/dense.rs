@@ -1,4 +1,4 @@
-//! The two dense kernels of the doubling: product and inverse, column-major, the same bits at every
+//! The dense matrices of the doubling: product and inverse, column-major, the same bits at every
 //! vector width.
 //!
 //! Sizes are known when compiling (no allocation) or when running: one text for both.
