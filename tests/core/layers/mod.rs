@@ -127,6 +127,15 @@ fn no_file_of_the_binding_is_longer_than_the_ceiling() {
     assert_eq!(too_long(|room| room == "python"), []);
 }
 
+/// A module with files below it is a folder with a mod.rs.
+#[test]
+fn no_file_stands_beside_a_folder_of_its_name() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let files = ["src", "tests"].iter().flat_map(|folder| below(&root.join(folder)));
+    let beside: Vec<_> = files.filter(|path| path.with_extension("").is_dir()).collect();
+    assert_eq!(beside, [PathBuf::new(); 0]);
+}
+
 /// Lines of the Rust files of these folders that are wider than the page.
 fn too_wide(folders: &[&str]) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
