@@ -134,7 +134,7 @@ impl<const N: usize> LimitCheck<N> {
             for (worst, (bound, value, limit, beyond)) in self.worst[joint].iter_mut().zip(asked) {
                 let size = if bound == Bound::Position { limit.abs().max(1.0) } else { limit };
                 let known = worst.map_or(ROUNDING * size, |known| known.by());
-                // A limit of infinity is never exceeded, and makes no number.
+                // An infinite limit is never exceeded, and would give NaN.
                 if limit.is_finite() && beyond > known {
                     let first = worst.map_or(time, |known| known.first);
                     let kind = link.kind;
