@@ -8,7 +8,7 @@ use super::convert::{
     Any, Array2, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
-use super::value_error;
+use super::errors::value_error;
 use crate::control::{Inputs, Signal};
 use crate::error::Problem;
 use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};

@@ -8,8 +8,8 @@ use super::convert::{
     Any, Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::errors::value_error;
 use super::per_joint::{PerJoint, common_joints};
-use super::value_error;
 use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
 use crate::error::{non_negative, within};
 use crate::fuzzy::FuzzyApproximator;

@@ -7,9 +7,9 @@ use super::convert::{
     Any, finite_scalar, matrix_of, numbers, renamed, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::errors::value_error;
+use super::motion::{Motion, Signal, Triple};
 use super::per_joint::{PerJoint, common_joints};
-use super::sources::{Motion, Signal, Triple};
-use super::value_error;
 use crate::reference::{Harmonic, Quintic, Sines, Table};
 
 type Arguments<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
