@@ -155,7 +155,7 @@ class Arm:
     def pose(self, q: ArrayLike) -> _Array:
         """Pose of the tip in the base, (4, 4)."""
     def link_poses(self, q: ArrayLike) -> _Array:
-        """Poses of the joints' frames in the base, (n, 4, 4); for a TwoLink with x along the link."""
+        """Poses of the joints' frames in the base, (n, 4, 4); x is along the link in a TwoLink."""
 
 @final
 class TwoLink(Arm):
