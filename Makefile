@@ -34,13 +34,15 @@ lint: $(VENV)/tools
 	$(CARGO) clippy --locked --all-targets -- -D warnings
 	$(CARGO) clippy --locked $(NO_STD) -- -D warnings
 	PYO3_PYTHON=$(CURDIR)/$(BIN)/python $(CARGO) clippy --locked --all-targets --all-features -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps $(NO_STD)
+	RUSTDOCFLAGS="-D warnings" PYO3_PYTHON=$(CURDIR)/$(BIN)/python $(CARGO) doc --locked --no-deps --all-features
 	$(BIN)/ruff format --check python tests benches examples
 	$(BIN)/ruff check python tests benches examples
 
 test-rust:
 	$(CARGO) test --locked
 	$(CARGO) test --locked $(NO_STD) --lib --tests
-	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --locked --no-deps
 
 no-std:
 	sh tests/no_std/link.sh

@@ -1,5 +1,6 @@
 """Sphinx configuration of the manual."""
 
+import re
 from importlib.metadata import version as installed
 
 project = "steadyarm"
@@ -20,10 +21,23 @@ autodoc_typehints = "none"
 suppress_warnings = ["ref.python"]
 
 
+SECTIONS = {"Parameters", "Attributes"}
+
+
+def spread(lines):
+    """Write ``name: text`` of a section as napoleon wants it, which would take text for a type."""
+    within = False
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        if below.startswith("---"):
+            within = line in SECTIONS
+        field = re.match(r"([\w, ]+): (.+)", line) if within else None
+        yield from [field[1], "    " + field[2]] if field else [line]
+
+
 def setup(app):
-    """Let docstrings write a norm as |W|, which reStructuredText takes for a substitution."""
+    """Prepare docstrings: |W| is a norm, which reStructuredText takes for a substitution."""
 
-    def escape(app, what, name, thing, options, lines):
-        lines[:] = [line.replace("|", r"\|") for line in lines]
+    def prepare(app, what, name, thing, options, lines):
+        lines[:] = [line.replace("|", r"\|") for line in spread(lines)]
 
-    app.connect("autodoc-process-docstring", escape, priority=100)
+    app.connect("autodoc-process-docstring", prepare, priority=100)

@@ -28,7 +28,7 @@
 //! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
 //! | [`riccati`] | the equations for P, certified or refused |
 //! | [`design`] | what a design will do, before it runs |
-//! | [`plant`], [`reference`] | what is really there, and where it should go |
+//! | [`plant`], [`mod@reference`] | what is really there, and where it should go |
 //! | `robot` | serial arms from URDF, DH tables, TOML (feature `std`, files `urdf`) |
 //! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
 //! | [`paper`] | the paper's three simulations |
@@ -37,8 +37,6 @@
 //! give [`control::FuzzyCompensator::state_in`] a buffer.
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
-// Units stand in brackets, `[rad]`, and would be taken for links.
-#![allow(rustdoc::broken_intra_doc_links)]
 
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!(

@@ -2,7 +2,7 @@
 
     python tests/house.py [WHEEL]
 
-Run it before and after a change of structure. The limits themselves are in tests/core/layers.rs.
+Run it before and after a change of structure. The limits are in tests/core/layers/mod.rs.
 Without an argument the newest wheel under target/ is weighed. Standard library only.
 """
 

@@ -1,11 +1,13 @@
 """The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
 
-Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
-type, order and stride; they are copied, and what comes back is always a new float64 array. Arms
-have n joints, 1 to 12; where a scalar stands for a vector it counts for all of them. What was given
-scalars only fits any arm, and is taken for one of two joints where there is no arm. Errors name
-the argument, what it got and what it wants: ``TypeError`` for a wrong type, ``ValueError`` for a
-wrong shape or value (NaN and infinity included).
+Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
+real type, order and stride. They are copied, and what comes back is always a new float64 array.
+
+Arms have n joints, 1 to 12. Where a scalar stands for a vector it counts for all joints. What
+was given scalars only fits any arm; where there is no arm, it is taken for one of two joints.
+
+Errors name the argument, what it got and what it wants: ``TypeError`` for a wrong type,
+``ValueError`` for a wrong shape or value (NaN and infinity included).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -94,22 +96,26 @@ class NoStabilizingSolution(ValueError):
 
     There is one exactly when ``gamma > gamma_opt``, or, at this gamma, for Q times less than
     ``max_scale``.
+
+    Attributes
+    ----------
+    gamma: γ that was asked for.
+    gamma_opt: the smallest γ with a solution for this Q; γ must be larger.
+    max_scale: at this γ, Q times anything smaller than this has a solution.
     """
 
     gamma: float
-    """γ that was asked for."""
     gamma_opt: float
-    """The smallest γ with a solution for this Q; γ must be larger."""
     max_scale: float
-    """At this γ, Q times anything smaller than this has a solution."""
 
 class Arm:
     """An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
 
-    ``M(q) ddq + H(q, dq) + s(q, dq) = tau`` with ``H = C dq + G + f`` (6). ``q`` [rad], ``dq``
-    [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are fastest. For a
-    prismatic joint, read m for rad and N for N·m. ``out``: a float64 array (n,) that is written to
-    and returned.
+    ``M(q) ddq + H(q, dq) + s(q, dq) = tau`` with ``H = C dq + G + f`` (6).
+
+    ``q`` [rad], ``dq`` [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are
+    fastest. ``out``: a float64 array (n,) that is written to and returned. For a prismatic joint,
+    read m for rad and N for N·m.
     """
 
     @property
@@ -117,10 +123,10 @@ class Arm:
         """Number of joints n."""
     @property
     def joint_kinds(self) -> tuple[_JointKind, ...]:
-        """How the joints move, from the base on.
+        """How the joints move, from the base on: "revolute", "continuous" or "prismatic".
 
-        A ``"continuous"`` joint turns without an end: positions a turn apart are one, and a
-        tracker whose nominal arm this is takes its error around the circle, -π <= e < π.
+        A continuous joint turns without an end, and positions a turn apart are the same. A tracker
+        with this nominal arm takes its error around the circle, -π <= e < π.
         """
     def mass_matrix(self, q: ArrayLike) -> _Array:
         """M(q) [kg·m²], (n, n), symmetric positive definite."""
@@ -129,19 +135,19 @@ class Arm:
     def gravity(self, q: ArrayLike) -> _Array:
         """G(q) [N·m], (n,)."""
     def friction(self, dq: ArrayLike) -> _Array:
-        """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck."""
+        """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck friction."""
     def stops(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """s(q, dq) [N·m], (n,): what drives the joints on into their stops, of `with_stops`."""
+        """s(q, dq) [N·m], (n,): what drives the joints on into the stops of `with_stops`."""
     def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
         """H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6)."""
     def inverse_dynamics(
         self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, out: _Array | None = None
     ) -> _Array:
-        """tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,)."""
+        """tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to ``out`` if it is given."""
     def forward_dynamics(
         self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, out: _Array | None = None
     ) -> _Array:
-        """ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,)."""
+        """ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to ``out`` if given."""
     def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
         """dq' M(q) dq / 2 [J]."""
     def potential_energy(self, q: ArrayLike) -> float:
@@ -149,14 +155,14 @@ class Arm:
     def pose(self, q: ArrayLike) -> _Array:
         """Pose of the tip in the base, (4, 4)."""
     def link_poses(self, q: ArrayLike) -> _Array:
-        """Poses of the joints' frames in the base, (n, 4, 4)."""
+        """Poses of the joints' frames in the base, (n, 4, 4); x is along the link in a TwoLink."""
 
 @final
 class TwoLink(Arm):
     """The paper's planar arm of two links, in closed form (section 4).
 
-    ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). q₁ from the horizontal axis, q₂
-    from the first link, centres of mass at mid-link.
+    ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). q₁ is measured from the horizontal
+    axis, q₂ from the first link. Centres of mass are at mid-link.
 
     Parameters
     ----------
@@ -172,8 +178,8 @@ class TwoLink(Arm):
     Raises
     ------
     ValueError, TypeError
-        Naming the parameter; ``mass_matrix.det`` or ``gravity_torque`` if numbers that are valid
-        one by one over- or underflow together.
+        Naming the parameter. It is ``mass_matrix.det`` or ``gravity_torque`` if numbers that are
+        valid one by one overflow or underflow together.
     """
 
     def __new__(
@@ -190,7 +196,7 @@ class TwoLink(Arm):
     def parameters(
         self,
     ) -> tuple[list[float], list[float], list[float], float, list[float], list[float], list[float]]:
-        """What it was made from, in the order of the class's arguments."""
+        """(mass, length, inertia, gravity, viscous, coulomb, smoothing), as they were given."""
     def with_friction(
         self, viscous: ArrayLike = 0.0, coulomb: ArrayLike = 0.0, smoothing: ArrayLike = 0.01
     ) -> TwoLink:
@@ -227,23 +233,27 @@ class Serial(Arm):
         """Read the chain from link ``base`` (default: the root) to link ``tip`` (the only end).
 
         A string that starts with ``<`` is the text itself. Fixed joints are merged; other joints
-        are held at 0. ``gravity`` [m/s²] in the axes of the file's root, also if ``base`` is
-        turned against it. What is not between base and tip refuses nothing. What was not used, or
-        looks odd, stands in `notes`. A file with macros is expanded first, by ``pip install
-        xacrodoc`` and ``xacrodoc robot.urdf.xacro -o robot.urdf``.
+        are held at 0. ``gravity`` [m/s²] is in the axes of the file's root, even if ``base`` is
+        turned against it. Faults outside the chain do not matter. What was not used, or looks odd,
+        stands in `notes`. Expand a file with macros first: ``pip install xacrodoc`` and
+        ``xacrodoc robot.urdf.xacro -o robot.urdf``.
 
-        ``masses``: {link: kg}, in the place of those that the file states: centres of mass stay,
-        moments are scaled alike. Where it states none, the body is uniform in the shape of
-        ``<collision>``, or else of ``<visual>``, if that is of boxes, cylinders and balls; meshes
-        are not opened. ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in the link's
-        frame, in the place of what the file states or does not: com (3,), moments about
-        it, a scalar for all axes, a diagonal (3,), or (3, 3). Names of links, fixed ones too.
+        ``masses``: {link: kg}, in place of those that the file states. Centres of mass stay, and
+        moments are scaled with the mass. Where the file states no mass, the body is uniform in the
+        shape of ``<collision>``, or else of ``<visual>``, if that is of boxes, cylinders and balls.
+        Meshes are not opened.
 
-        ``unphysical``: what is done about a link, with all that is fixed to it, that no rigid body
-        is (negative mass or moments, a broken triangle inequality). "refuse" it; "note": take it as
-        it stands, as Pinocchio does; "nearest": take the nearest that some body is, with the same
-        mass and centre of mass, and what is negative of ½ tr(I) 1 - I left out. `notes` say how far
-        off it is. M must be positive definite in any case. The arm and its TOML keep the policy.
+        ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in the link's frame, in place
+        of what the file states, if it states any. com is (3,); moments are about it: a scalar for
+        all axes, a diagonal (3,), or (3, 3). Links that are fixed to others may be named too, here
+        and in ``masses``.
+
+        ``unphysical``: what is done about a link that no rigid body can be, with all that is fixed
+        to it (negative mass or moments, a broken triangle inequality). "refuse": raise ValueError.
+        "note": take it as it stands, as Pinocchio does. "nearest": take the nearest body with the
+        same mass and centre of mass; what is negative of ½ tr(I) 1 - I is left out. `notes` say how
+        far off the link is. M must be positive definite in any case. The arm and its TOML keep the
+        policy.
         """
     @staticmethod
     def from_dh(
@@ -312,22 +322,22 @@ class Serial(Arm):
     def with_parameters(self, parameters: ArrayLike) -> Serial:
         """Return the same arm with inertial parameters π, (10n,), as `inertial_parameters` gives.
 
-        There and back is the same to rounding. A link that no rigid body is gets what `unphysical`
-        says. Raises ValueError for first moments m c without a mass m.
+        There and back is the same to rounding. `unphysical` says what is done about a link that no
+        rigid body can be. Raises ValueError for first moments m c without a mass m.
         """
     def with_stops(self, stiffness: ArrayLike, dissipation: ArrayLike = 1.0) -> Serial:
         """Return the same arm with stops at the ends of its joints' ranges, if they have ends.
 
         A joint that is δ beyond an end is pushed back with
-        max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley: stiffness
-        [N·m/rad], or [N/m] for a prismatic joint, 0 for none; dissipation [s/rad or s/m]; scalars
-        or (n,). They are part of inverse and forward dynamics, so of a `Plant`, and not of `bias`:
-        a `ComputedTorque` of this arm does not count on them.
+        max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley. Stiffness is
+        in N·m/rad, or N/m for a prismatic joint, 0 for none; dissipation in s/rad or s/m. Both are
+        scalars or (n,). Stops are part of inverse and forward dynamics, so of a `Plant`. They are
+        not part of `bias`: a `ComputedTorque` of this arm does not count on them.
 
         A joint rests in a stop of any stiffness. A bounce is followed while
-        ``dt`` < 1 / √(stiffness (M⁻¹)ⱼⱼ), where 1/(M⁻¹)ⱼⱼ is the inertia that the stop meets, often
-        far less than Mⱼⱼ; a shorter one is lost, and `Run.status` is "unresolved". "dp54" finds its
-        own step. Raises ValueError for an arm whose joints have no ends.
+        ``dt`` < 1 / √(stiffness (M⁻¹)ⱼⱼ). Here 1/(M⁻¹)ⱼⱼ is the inertia that the stop meets, often
+        far less than Mⱼⱼ. A shorter bounce is lost, and `Run.status` is "unresolved". "dp54" finds
+        its own step. Raises ValueError for an arm whose joints have no ends.
         """
     def with_payload(
         self, mass: float, com: ArrayLike = (0.0, 0.0, 0.0), inertia: ArrayLike = 0.0
@@ -335,7 +345,8 @@ class Serial(Arm):
         """Return the same arm with a body fixed to its tip.
 
         ``mass`` [kg], ``com`` (3,) [m] in the tip's frame, ``inertia`` [kg·m²] about it: a scalar
-        for all axes, a diagonal (3,), or (3, 3). It must be a body, whatever `unphysical` says.
+        for all axes, a diagonal (3,), or (3, 3). It must be one that a rigid body can have,
+        whatever `unphysical` says.
         """
     def perturb(
         self,
@@ -364,10 +375,13 @@ class Serial(Arm):
         """What the description says that was not used, or not taken as it stands."""
     @property
     def unphysical(self) -> Literal["refuse", "note", "nearest"]:
-        """What is done about links that no rigid body is; see `from_urdf`."""
+        """What is done about links that no rigid body can be; see `from_urdf`."""
     @property
     def limits(self) -> _Limits:
-        """Limits of the joints, infinite for none."""
+        """Limits by name, (n,) each, infinite for none.
+
+        "lower" and "upper" [rad], "velocity" [rad/s], "effort" [N·m].
+        """
     def check(
         self,
         reference: Sines | Quintic | Table | _ReferenceCallable,
@@ -376,9 +390,9 @@ class Serial(Arm):
     ) -> list[Excess]:
         """Return what ``reference`` exceeds of `limits`, before it runs: an empty list if nothing.
 
-        It is looked at every ``dt`` from 0 to ``duration`` [s], at most 1e7 times: position,
-        velocity, and the torque that the motion takes, M(q_d) ddq_d + H(q_d, dq_d). Joint by joint
-        the worst of each: ``for excess in arm.check(path, 2.0): print(excess)``.
+        Every ``dt`` from 0 to ``duration`` [s], at most 1e7 times, this looks at position,
+        velocity, and the torque that the motion takes, M(q_d) ddq_d + H(q_d, dq_d). The list has
+        the worst of each, joint by joint: ``for excess in arm.check(path, 2.0): print(excess)``.
         """
     def slotine_li(self, q: ArrayLike, dq: ArrayLike, dq_r: ArrayLike, ddq_r: ArrayLike) -> _Array:
         """M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops."""
@@ -388,11 +402,12 @@ class Serial(Arm):
         Without friction, stops and armature.
         """
     def inertial_parameters(self) -> _Array:
-        """π, (10n,): m, m c, and moments xx, xy, yy, xz, yz, zz about the origin, of each link."""
+        """π, (10n,), of each link: m, m c, moments xx, xy, yy, xz, yz, zz about its origin."""
     def jacobian(self, q: ArrayLike) -> _Array:
         """Jacobian of the tip in the axes of the base, (6, n).
 
-        ``dq`` to its velocity [m/s] (rows 0 to 2) and angular velocity [rad/s] (rows 3 to 5).
+        ``J @ dq`` is the velocity of the tip [m/s] (rows 0 to 2) and its angular velocity [rad/s]
+        (rows 3 to 5).
         """
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
 
@@ -420,7 +435,7 @@ class Excess:
         """Name of the joint."""
     @property
     def bound(self) -> Literal["position", "velocity", "effort"]:
-        """Which of its limits."""
+        """Which of its limits: "position", "velocity" or "effort"."""
     @property
     def limit(self) -> float:
         """The limit [rad, rad/s or N·m; m, m/s or N for a prismatic joint]."""
@@ -432,7 +447,7 @@ class Excess:
         """By how much that is too much, > 0."""
     @property
     def time(self) -> float:
-        """When it is so [s]."""
+        """When it asks for that [s]."""
     @property
     def first(self) -> float:
         """When the limit is first exceeded [s]."""
@@ -446,8 +461,8 @@ class FuzzyBasis:
     """Gaussian fuzzy sets, how they combine to rules, and the signals they see: ξ(x) of (1)-(4).
 
     The paper gives the sets but not the rules; all four readings are here. Inputs come joint after
-    joint within a signal: [e₁ … eₙ, de₁ … deₙ] for "error". Products are never 0/0, however far x
-    is from the centres.
+    joint within a signal: [e₁ … eₙ, de₁ … deₙ] for "error". ξ is finite however far x is from the
+    centres.
 
     Parameters
     ----------
@@ -508,7 +523,10 @@ class FuzzyBasis:
 
 @final
 class FuzzyApproximator:
-    """A fuzzy system as a function approximator, y(x) = W ξ(x) (3), (5), fitted by `fit`."""
+    """A fuzzy system as a function approximator, y(x) = W ξ(x) (3), (5), fitted by `fit`.
+
+    Call it with ``x`` (T, inputs): it gives y at every row, (T, outputs).
+    """
 
     @staticmethod
     def fit(
@@ -521,15 +539,17 @@ class FuzzyApproximator:
         """
     @staticmethod
     def from_weights(basis: FuzzyBasis, inputs: int, weights: ArrayLike) -> FuzzyApproximator:
-        """Use known weights (outputs, rules) over ``inputs`` inputs. Raises ValueError."""
+        """Use known weights (outputs, rules) over this many inputs.
+
+        Raises ValueError for a wrong shape, or weights that are not finite.
+        """
     @property
     def weights(self) -> _Array:
         """W, (outputs, rules)."""
     @property
     def rules(self) -> int:
         """Number of rules."""
-    def __call__(self, x: ArrayLike) -> _Array:
-        """Y at every row of ``x``: (T, inputs) -> (T, outputs)."""
+    def __call__(self, x: ArrayLike) -> _Array: ...
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
 @final
@@ -552,14 +572,14 @@ class FuzzyCompensator:
         none.
     dead_zone: d₀: the gain is scaled by max(0, 1 - d₀/|BᵀPx|).
     normalization: ν: the gain is divided by 1 + ν |ξ|².
-    dictionary: None: every rule has its weight. Otherwise the kernel form of a "grid" of any number
-        of rules: at most so many states are remembered, 1 to 4096, and W = Σ cₖ ξ(xₖ)ᵀ is made of
-        them. It is the same to rounding until a state is merged or dropped; the `dictionary` of a
+    dictionary: None: every rule has its weight. A number, 1 to 4096: the kernel form of a "grid" of
+        any number of rules. At most so many states are remembered, and W = Σ cₖ ξ(xₖ)ᵀ is made of
+        them. It is the same to rounding until a state is merged or dropped. The `dictionary` of a
         `ComputedTorque` counts both, and bounds what they lost. 256 is a good number; memory grows
-        with its square. |ξ|² is a product over the inputs, so over many of them sets that overlap
-        widely learn next to nothing: make them narrow (σ of 0.3 spacings) and the gain large.
-    merge_tolerance: a new state goes into its nearest where that loses less than this part of it,
-        0 <= part < 1 (0 merges nothing); 0.05 with a dictionary, refused without.
+        with its square. |ξ|² is a product over the inputs: over many inputs, sets that overlap
+        widely learn next to nothing. Make them narrow (σ of 0.3 spacings) and the gain large.
+    merge_tolerance: a new state is merged into its nearest where that loses less than this part of
+        it, 0 <= part < 1 (0 merges nothing); 0.05 with a dictionary, refused without.
 
     Raises
     ------
@@ -606,10 +626,11 @@ class FuzzyCompensator:
 class ComputedTorque:
     """Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
 
-    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``; e is taken
-    around the circle, -π <= e < π, where a joint of ``arm`` is continuous. The object remembers
-    its weights, its last torque and the number of its steps; pickled or saved and restored, its
-    next torques are the same to the bit.
+    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint of
+    ``arm`` is continuous, e is taken around the circle, -π <= e < π.
+
+    The object remembers its weights, its last torque and the number of its steps. Pickled or saved
+    and restored, its next torques are the same to the bit.
 
     Parameters
     ----------
@@ -703,10 +724,10 @@ class ComputedTorque:
     def dictionary(self) -> _Dictionary | None:
         """The kernel form in figures; None for a compensator without a dictionary.
 
-        ``atoms`` of ``capacity`` states are in it; ``merged`` terms went into a state that was
-        there, ``dropped`` states made room when it was full; ``error_bound`` (n,) bounds what all
-        that lost, |W - W_exact| of each joint, and fades as W does. The error of ρ̂ is at most |ξ|
-        times that, with |ξ| <= 1 for a normalised basis [rad/s²].
+        ``atoms`` of ``capacity`` states are in it. ``merged`` terms went into a state that was
+        there; ``dropped`` states made room when it was full. ``error_bound`` (n,) bounds what all
+        that lost, |W - W_exact| of each joint, and fades as W does. The error of ρ̂ [rad/s²] is at
+        most |ξ| times that, with |ξ| <= 1 for a normalised basis.
         """
     def warm_start(self, weights: ArrayLike) -> None:
         """Set W, and make it the W₀ that leak, e-modification and projection pull to."""
@@ -777,7 +798,8 @@ class Plant:
 class Sines:
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
-    A reference in rad, or a disturbance in N·m.
+    A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
+    (q_d, dq_d, ddq_d), each (n,).
 
     Parameters
     ----------
@@ -793,8 +815,7 @@ class Sines:
         cos: ArrayLike | None = None,
         offset: ArrayLike | None = None,
     ) -> Sines: ...
-    def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
+    def __call__(self, t: float) -> _Triple: ...
     def __reduce__(self) -> tuple[type[Sines], tuple[Any, ...]]: ...
 
 @final
@@ -802,6 +823,7 @@ class Quintic:
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
+    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
     """
 
     def __new__(
@@ -811,13 +833,14 @@ class Quintic:
         duration: float,
         start_time: float | None = None,
     ) -> Quintic: ...
-    def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
+    def __call__(self, t: float) -> _Triple: ...
     def __reduce__(self) -> tuple[type[Quintic], tuple[Any, ...]]: ...
 
 @final
 class Table:
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
+
+    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
 
     Parameters
     ----------
@@ -834,8 +857,7 @@ class Table:
         dq: ArrayLike | None = None,
         ddq: ArrayLike | None = None,
     ) -> Table: ...
-    def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
+    def __call__(self, t: float) -> _Triple: ...
     def __reduce__(self) -> tuple[type[Table], tuple[Any, ...]]: ...
 
 @final
@@ -865,7 +887,7 @@ class RiccatiSolution:
         """γ that was asked for; None for `care`."""
     @property
     def gamma_opt(self) -> float | None:
-        """The smallest γ with a solution (γ must be larger); None for `care`."""
+        """The smallest γ with a solution (γ must be larger), found when read; None for `care`."""
     @property
     def max_scale(self) -> float | None:
         """Q times anything smaller than this has a solution at this γ; None for `care`."""
@@ -924,7 +946,11 @@ def simulate(
     record: str,
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
-    """Run `steadyarm.simulate`: the record as a dict, and what a callable raised."""
+    """Run `steadyarm.simulate`; the tracker given stays as it is.
+
+    Returns the record as a dict, and what a callable raised. The dict has the state that the run
+    started in, and the parts of a tracker in the state that it ended in.
+    """
 
 def channels() -> list[tuple[str, str, bool, str]]:
     """Tell the signals of every record: name, unit, whether there is one a joint, what it is."""
@@ -936,7 +962,11 @@ def desired_motion(
     q: ArrayLike,
     dq: ArrayLike,
 ) -> list[_Array]:
-    """Return [q_d, dq_d, ddq_d, e, de] at each of these times for a nominal arm, (T, n) each."""
+    """Return [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each.
+
+    e and de are those of a controller with this nominal arm that was at ``q``, ``dq``, (T, n) each.
+    Raises what a callable raises, and ValueError where it returns what is not finite.
+    """
 
 def design(
     tracker: ComputedTorque,
@@ -950,4 +980,7 @@ def design(
 def metrics(
     t: ArrayLike, e: ArrayLike, tau: ArrayLike | None, window: tuple[float, float], band: float
 ) -> _MetricsRecord:
-    """Run `steadyarm.Run.metrics`: the figures of every joint."""
+    """Run `steadyarm.Run.metrics`: the figures of every joint.
+
+    Without ``tau``, the arrays of its figures are empty.
+    """

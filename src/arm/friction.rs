@@ -9,7 +9,7 @@ use crate::math::{Vector, exp, tanh};
 
 /// Friction of `N` joints, `fᵢ = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / sᵢ)`. It never drives the arm: q̇ᵀf ≥ 0.
 ///
-/// The default is no friction, with a smoothing of 0.01 rad/s should a Coulomb part be set.
+/// The default is no friction. Its smoothing is 0.01 rad/s, for a Coulomb part that is set later.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Friction<const N: usize> {
     /// b, viscous coefficient [N·m·s/rad], ≥ 0.
@@ -34,8 +34,8 @@ pub struct JointFriction {
     /// The speed at which that excess has fallen to 1/e [rad/s], > 0.
     pub stribeck_speed: f64,
     /// The speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that
-    /// sticks. Above zero a joint creeps under any torque, at the speed where its friction is as
-    /// large: 0.55 of this at half the Coulomb torque.
+    /// sticks. Above zero, a joint creeps under any torque, at the speed where friction balances
+    /// it: 0.55 of the smoothing at half the Coulomb torque.
     pub smoothing: f64,
 }
 
@@ -77,8 +77,8 @@ impl JointFriction {
     }
 
     /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the
-    /// velocity `dq` [rad/s], with c₊ for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. A `smoothing` of zero
-    /// makes the sign of q̇ of the tanh, 0 at rest.
+    /// velocity `dq` [rad/s], with c₊ for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. With a `smoothing` of
+    /// zero the tanh is the sign of q̇, 0 at rest.
     #[inline]
     pub fn torque(&self, dq: f64) -> f64 {
         let viscous = self.viscous * dq;
@@ -126,8 +126,8 @@ impl JointFriction {
         (0.857_763_884_960_706_8 * self.stribeck / self.stribeck_speed - self.viscous).max(0.0)
     }
 
-    /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away,
-    /// c₊ + stribeck and c₋ + stribeck. `None` if the friction is smooth, and the joint never quite
+    /// What dry friction holds at rest: the torques [N·m] at which the joint breaks away, c₊ +
+    /// stribeck and c₋ + stribeck. `None` if the friction is smooth; the joint is then never quite
     /// at rest.
     #[inline]
     pub fn hold(&self) -> Option<[f64; 2]> {
@@ -150,8 +150,8 @@ impl JointFriction {
         self.stribeck * exp(-(ratio * ratio))
     }
 
-    /// Whether `other` is a part of this: what is left of it neither drives the joint nor falls
-    /// where this does not.
+    /// Whether `other` is a part of this friction: what is left neither drives the joint, nor falls
+    /// where this friction does not.
     #[cfg(feature = "std")]
     pub(crate) fn covers(&self, other: &Self) -> bool {
         let stribeck = other.stribeck == 0.0
@@ -182,8 +182,8 @@ fn smooth_sign(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { tanh(x) }
 }
 
-/// tanh x to 2e-16, in half the time: good where the error counts beside 1, as in a torque, and not
-/// beside x.
+/// tanh x to an absolute error of 2e-16, in half the time. Good for a torque; not where the error
+/// relative to x counts.
 #[inline]
 fn nearly_tanh(x: f64) -> f64 {
     if x.abs() > 22.0 { x.signum() } else { 1.0 - 2.0 / (exp(2.0 * x) + 1.0) }

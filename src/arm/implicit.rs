@@ -1,19 +1,19 @@
 //! `M (V − W) + h λ = 0`, λᵢ ∈ gᵢ(Vᵢ): the velocities V of joints that friction and stops brake,
 //! from those without, W.
 //!
-//! It is the minimum of `½ (V − W)ᵀM(V − W) + h Σ φᵢ(Vᵢ)`, φ' = g, strictly convex where no g
-//! falls. Newton's method finds it in a few steps, each shortened where it overshoots. A joint with
-//! dry friction either sticks, V = 0 exactly and |λ| at most what holds it, or slips in one
-//! direction: a step ends where the first of them comes to rest, and where nothing else is left to
-//! do the one whose λ is furthest beyond its hold breaks away. Each step goes down, so that no set
-//! of sticking joints comes twice (an active-set method; Nocedal and Wright, Numerical
-//! Optimization, 16.5). Where Stribeck's friction falls there may be several solutions: this one is
-//! continued from the velocity that it starts with.
+//! V is the minimum of `½ (V − W)ᵀM(V − W) + h Σ φᵢ(Vᵢ)`, φ' = g, strictly convex where no g falls.
+//! Newton's method finds it in a few steps, each shortened where it overshoots. A joint with dry
+//! friction either sticks, with V = 0 exactly and |λ| at most what holds it, or slips in one
+//! direction. A step ends where the first slipping joint comes to rest. When nothing else is left
+//! to do, the joint whose λ is furthest beyond what holds it breaks away. Each step goes down, so
+//! no set of sticking joints comes twice (an active-set method; Nocedal and Wright, Numerical
+//! Optimization, 16.5). Where Stribeck friction falls there may be several solutions. The one found
+//! is continued from the first guess.
 
 use super::{Factor, Resistance};
 use crate::math::{Matrix, Vector};
 
-/// Most steps of Newton's method; a run in which they did not do is told.
+/// Most steps of Newton's method. If they were not enough, the run says so.
 const MOST_STEPS: usize = 60;
 /// Most times that a step is shortened.
 const MOST_CUTS: usize = 6;
@@ -22,11 +22,11 @@ const OVERSHOOT: f64 = 0.3;
 /// How far a velocity may be off, relative to itself and the speed at which friction changes.
 const PRECISION: f64 = 1e-6;
 /// After a step that is smaller than this, relative to the same, Newton's method is within that
-/// precision: it squares it.
+/// precision: the next error is about the square of the step.
 const LAST_STEP: f64 = 1e-3;
 /// The speed for which that counts where friction is dry [rad/s].
 const SLOW: f64 = 1e-3;
-/// Less than this share of the joint's inertia is no friction worth another factor.
+/// Friction below this share of the joint's inertia is not worth another factorisation.
 const NEGLIGIBLE: f64 = 1e-9;
 /// A joint breaks away above what holds it by more than rounding.
 const ABOVE_ROUNDING: f64 = 1.0 + 1e-12;
@@ -37,7 +37,7 @@ pub(crate) struct Implicit<'a, const N: usize> {
     pub mass: &'a Matrix<N>,
     pub factor: &'a Factor<N>,
     pub laws: &'a [Resistance; N],
-    /// h [s].
+    /// h \[s\].
     pub h: f64,
     /// The joints are at `place + h V`.
     pub place: &'a Vector<N>,
@@ -154,7 +154,7 @@ impl<const N: usize> Implicit<'_, N> {
         -Factor::of(&steep).solve(rest)
     }
 
-    /// Goes along `step`, less far if that overshoots the minimum.
+    /// Goes along `step`, less far if the whole step overshoots the minimum.
     #[inline]
     fn walk(&self, at: &mut Trial<N>, rest: &Vector<N>, step: &Vector<N>) {
         let (from, push) = (at.v, at.push);

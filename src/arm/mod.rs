@@ -2,8 +2,8 @@
 //! within the joints' ranges.
 //!
 //! The way through: `two_link`, `serial/` are the arms; `friction` and `serial/stop` say what
-//! opposes the motion of one joint, `resistance` puts both together, `implicit` solves M v = … − λ,
-//! λ in what they may be; `factor` is M = LᵀDL.
+//! opposes the motion of one joint, and `resistance` puts both together. `implicit` solves M v = …
+//! − λ, with λ as these allow; `factor` is M = LᵀDL.
 
 mod factor;
 mod friction;
@@ -30,8 +30,8 @@ use crate::math::{FNV_START, Matrix, Vector, fnv};
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///
-/// Implement the first two; the rest follows from them, and may be overridden where a closed form
-/// is faster. Friction and stops, which may be stiff, are told joint by joint: simulation solves
+/// Implement the first two methods; the rest follows from them. Override others where a closed form
+/// is faster. Friction and stops may be stiff: they are given joint by joint, and simulation solves
 /// for them.
 pub trait Arm<const N: usize> {
     /// Mass matrix M(q) [kg·m²], symmetric positive definite.
@@ -86,7 +86,7 @@ pub trait Arm<const N: usize> {
     /// Torque s(q, q̇) that drives the joints on into their stops [N·m], positive beyond an upper
     /// end; zero for an arm without stops, and within the joints' ranges.
     ///
-    /// It is part of the inverse and forward dynamics, and not of the bias: a controller that
+    /// It is part of the inverse and forward dynamics, but not of the bias. A controller that
     /// counted on a stop would push through it.
     fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         Vector::from_fn(|joint, _| {
@@ -95,8 +95,8 @@ pub trait Arm<const N: usize> {
         })
     }
 
-    /// M(q), the velocity q̇ that `choose` takes once it knows M, and C q̇ + G there: the arm
-    /// without friction and stops, in one pass.
+    /// M(q), the velocity q̇ that `choose` returns when it is given M, and C q̇ + G at that
+    /// velocity. All without friction and stops, in one pass.
     fn rigid_dynamics(
         &self,
         q: &Vector<N>,
@@ -107,8 +107,8 @@ pub trait Arm<const N: usize> {
         (mass, dq, self.rigid_bias(q, &dq))
     }
 
-    /// Which joints turn without an end: their tracking error is taken around the circle, in [−π,
-    /// π), so that positions a turn apart are one. None by default.
+    /// Which joints turn without an end. Their tracking error is taken around the circle, in
+    /// [−π, π), so positions a turn apart are the same. None by default.
     #[inline]
     fn wraps(&self) -> [bool; N] {
         [false; N]
@@ -136,14 +136,14 @@ pub trait Arm<const N: usize> {
         Posed::of(self, q, dq).acceleration(self, (q, dq), tau)
     }
 
-    /// Kinetic energy ½ q̇ᵀ M q̇ [J].
+    /// Kinetic energy ½ q̇ᵀ M q̇ \[J\].
     fn kinetic_energy(&self, q: &Vector<N>, dq: &Vector<N>) -> f64 {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
     }
 
     /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two
-    /// poses, in motion. An arm has the same number on every machine; arms that differ in M or H
-    /// have different numbers, but for accidents.
+    /// poses, in motion. An arm has the same number on every machine. Arms that differ in M or H
+    /// have different numbers, except by accident.
     fn fingerprint(&self) -> u64 {
         let add = |hash, x: &f64| fnv(hash, &(x + 0.0).to_bits().to_le_bytes());
         [1.0, -0.6].into_iter().fold(FNV_START, |hash, sign| {

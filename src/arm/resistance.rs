@@ -1,5 +1,5 @@
-//! What opposes the motion of one joint and may be stiff: `g(v) = f(v) − f̂(v) + s(q, v)`, its
-//! friction less what a controller adds to cancel it, and its stop.
+//! What opposes the motion of one joint and may be stiff: `g(v) = f(v) − f̂(v) + s(q, v)`. That is
+//! its friction, less the friction that the controller cancels, and its stop.
 
 #[cfg(feature = "std")]
 use super::Arm;
@@ -25,7 +25,7 @@ impl Resistance {
         })
     }
 
-    /// A joint at rest: it has nothing but what its dry friction holds.
+    /// A joint at rest, with nothing but what its dry friction holds.
     pub fn holding(friction: &JointFriction) -> Self {
         let coulomb = friction.hold().unwrap_or_default();
         let friction = JointFriction { coulomb, smoothing: 0.0, ..JointFriction::default() };
@@ -46,9 +46,9 @@ impl Resistance {
         Some([up - known_up, down - known_down])
     }
 
-    /// g [N·m] at the velocity `v` and the position `place + lead v`, and its slope [N·m·s/rad], 0
-    /// where it falls (Stribeck): a step of Newton's method with it still goes down. Dry friction
-    /// in the branch of the direction `sign`.
+    /// g [N·m] at the velocity `v` and the position `place + lead v`, and its slope [N·m·s/rad].
+    /// The slope is 0 where g falls (Stribeck), so that a step of Newton's method still goes down.
+    /// Dry friction is taken in the direction `sign`.
     #[inline]
     pub fn at(&self, v: f64, sign: f64, place: f64, lead: f64) -> (f64, f64) {
         let (mut torque, mut slope) = self.friction.in_branch(v, sign);

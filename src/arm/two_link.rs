@@ -5,9 +5,9 @@
 //!     [θ₃ + θ₂ cos q₂         θ₃            ]        [ θ₂ q̇₁² sin q₂             ]
 //! ```
 //!
-//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]; centres of mass at
-//! mid-link; q₁ from the horizontal axis, q₂ from the first link. The paper's arm lies flat (G = 0)
-//! and has no friction; both can be added.
+//! θ₁ = I₁ + (m₁/4 + m₂) l₁², θ₂ = m₂ l₁ l₂/2, θ₃ = I₂ + m₂ l₂²/4 [kg·m²]. Centres of mass are at
+//! mid-link. q₁ is measured from the horizontal axis, q₂ from the first link. The paper's arm lies
+//! flat (G = 0) and has no friction; both can be added.
 
 use super::{Arm, Friction, JointFriction, Pose, Posed};
 use crate::error::{Result, finite, positive, within};
@@ -17,9 +17,9 @@ use crate::math::{Matrix, Vector, sin_cos};
 /// friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLinkParameters {
-    /// m, mass of each link [kg], > 0.
+    /// m, mass of each link \[kg\], > 0.
     pub mass: [f64; 2],
-    /// l, length of each link [m], > 0.
+    /// l, length of each link \[m\], > 0.
     pub length: [f64; 2],
     /// I, moment of inertia of each link about its centre of mass [kg·m²], > 0.
     pub inertia: [f64; 2],
@@ -65,7 +65,7 @@ impl TwoLink {
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `mass`, `length`, `inertia`, `gravity` or `friction.…`;
-    /// or `mass_matrix.det` and `gravity_torque` if numbers that are valid one by one over- or
+    /// or `mass_matrix.det` and `gravity_torque` if numbers that are valid one by one overflow or
     /// underflow together.
     pub fn new(parameters: TwoLinkParameters) -> Result<Self> {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = parameters;
@@ -101,7 +101,7 @@ impl TwoLink {
         })
     }
 
-    /// The same arm with this friction in its joints, in place of what they had.
+    /// The same arm with this friction in place of its own.
     ///
     /// # Errors
     /// As [`Friction::validate`].
@@ -148,7 +148,7 @@ impl TwoLink {
         Matrix::<2>::new(theta_1 + theta_3 + 2.0 * coupling, m12, m12, theta_3)
     }
 
-    /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) [J]; G = ∂U/∂q.
+    /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<2>) -> f64 {
         self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
     }
@@ -259,13 +259,13 @@ impl Arm<2> for TwoLink {
     }
 }
 
-/// The pose of a frame turned by `angle` [rad] about z.
+/// The pose of a frame turned by `angle` \[rad\] about z.
 fn planar(angle: f64, translation: Vector<3>) -> Pose {
     let (sin, cos) = sin_cos(angle);
     Pose { rotation: Matrix::<3>::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0), translation }
 }
 
-/// The place `length` [m] along the x axis of a frame.
+/// The place `length` \[m\] along the x axis of a frame.
 fn ahead(frame: &Pose, length: f64) -> Vector<3> {
     frame.translation + frame.rotation.column(0) * length
 }

@@ -6,8 +6,8 @@
 //! kₙ = gainₙ (κ_e |s| + κ_p)                           e-modification, projection
 //! ```
 //!
-//! Every modification scales the drive or pulls the weights along themselves, so that the change
-//! over a step stays a sum of rank-one terms and the weights never enter an integrator.
+//! Every modification scales the drive or pulls the weights along themselves. The change over a
+//! step stays a sum of rank-one terms, and the weights never enter an integrator.
 
 use crate::error::{Result, accepted, non_negative, positive};
 use crate::math::{Vector, sqrt};

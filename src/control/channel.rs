@@ -1,6 +1,6 @@
 //! What a recorded signal is: a name, a unit, a width, a line of words.
 
-/// A recorded signal. Who makes it declares it, in one place: record, files and Python take it from
+/// A recorded signal. Its maker declares it in one place; record, files and Python take it from
 /// there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
@@ -19,7 +19,7 @@ pub struct Channel {
 pub enum Width {
     /// One.
     One,
-    /// One a joint.
+    /// One per joint.
     Joints,
 }
 

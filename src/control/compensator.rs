@@ -7,13 +7,13 @@ use crate::math::Vector;
 
 /// One row of a Runge-Kutta tableau: `z = z₀ + h Σ aⱼ żⱼ` at time `t₀ + c h`.
 ///
-/// A compensator's state z never enters an integrator: it is told the row and keeps its own rates
-/// żⱼ.
+/// A compensator's state z never enters an integrator. The compensator is told the row, and keeps
+/// its own rates żⱼ.
 #[derive(Clone, Copy, Debug)]
 pub struct Stage<'a> {
-    /// Number of the stage, below [`MAX_STAGES`].
+    /// Number of the stage, below [`MAX_STAGES`](super::MAX_STAGES).
     pub index: usize,
-    /// Step h [s].
+    /// Step h \[s\].
     pub step: f64,
     /// c, as a fraction of the step.
     pub node: f64,
@@ -28,7 +28,8 @@ impl Stage<'_> {
     pub const NOW: Stage<'static> =
         Stage { index: 0, step: 0.0, node: 0.0, coefficients: &[], nodes: &[] };
 
-    /// The end of a sampled controller's period `dt` [s]: one Euler step from [`NOW`](Self::NOW).
+    /// The end of a sampled controller's period `dt` \[s\]: one Euler step from
+    /// [`NOW`](Self::NOW).
     pub fn after(dt: f64) -> Stage<'static> {
         Stage { index: 1, step: dt, node: 1.0, coefficients: &[1.0], nodes: &[0.0] }
     }
@@ -41,9 +42,9 @@ pub trait Compensator<const N: usize, S> {
     /// ρ̂ at a stage; records there the rate of change of the state.
     fn estimate(&self, state: &mut S, stage: &Stage<'_>, sample: &Sample<N>) -> Vector<N>;
 
-    /// Told after [`estimate`](Self::estimate) what acted at stage `index`: for an observer, the
-    /// torque. A compensator that learns from the error sets the rate that it recorded to zero
-    /// where the torque was [limited](Applied::limited).
+    /// After [`estimate`](Self::estimate): tells what acted at stage `index`. An observer uses the
+    /// torque. A compensator that learns from the error sets the recorded rate to zero where the
+    /// torque was [limited](Applied::limited).
     fn acted(&self, state: &mut S, index: usize, sample: &Sample<N>, applied: &Applied<N>);
 
     /// Moves the state to the end of the step, from the recorded rates.
@@ -52,9 +53,9 @@ pub trait Compensator<const N: usize, S> {
     /// When the new state would not be finite; the state is then as before.
     fn advance(&self, state: &mut S, end: &Stage<'_>) -> Result<()>;
 
-    /// After [`advance`](Self::advance): makes stage `last`, which was at the end of the step,
-    /// stage 0 of the next step. False, as by default, if it cannot, or the state is not what it
-    /// was there: the stage is then evaluated again.
+    /// After [`advance`](Self::advance): makes stage `last`, at the end of the step, stage 0 of the
+    /// next step. False if it cannot, or if the state has changed since that stage. The stage is
+    /// then evaluated again. The default is false.
     fn carry(&self, _state: &mut S, _last: usize) -> bool {
         false
     }
@@ -72,8 +73,8 @@ pub trait Compensator<const N: usize, S> {
         &[]
     }
 
-    /// Writes their values, finite, at the stage that was estimated last: one channel after the
-    /// other into a `row` that is as long as they are wide.
+    /// Writes their values at the stage that was estimated last, finite, one channel after the
+    /// other. `row` is as long as all channels together.
     fn signals(&self, _state: &S, _sample: &Sample<N>, _row: &mut [f64]) {}
 }
 

@@ -78,7 +78,7 @@ impl<const N: usize, A: Arm<N>> Law<N> for ComputedTorque<N, A> {
         self.arm.wraps()
     }
 
-    /// The nominal arm's; gains may differ, ρ does not depend on them.
+    /// That of the nominal arm. Gains may differ: ρ does not depend on them.
     fn fingerprint(&self) -> u64 {
         self.arm.fingerprint()
     }

@@ -14,7 +14,7 @@ use crate::reference::Setpoint;
 /// Measurements and set-points beyond this are impossible for an arm, as in MuJoCo.
 const IMPOSSIBLE: f64 = 1e10;
 
-/// Periods of a sampled controller [s].
+/// Periods of a sampled controller \[s\].
 const SHORTEST_PERIOD: f64 = 1e-9;
 const LONGEST_PERIOD: f64 = 1.0;
 
@@ -88,7 +88,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Ok(self)
     }
 
-    /// What the law sees: a measurement and a set-point, with e around the circle where the law
+    /// What the law sees: a measurement and a set-point. e is taken around the circle where the law
     /// says that a joint turns without an end.
     #[inline]
     pub fn sample(&self, q: &Vector<N>, dq: &Vector<N>, desired: &Setpoint<N>) -> Sample<N> {
@@ -106,13 +106,13 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     }
 
     /// One sample of the controller: the torque for this instant, and the adaptation over the
-    /// period `dt` [s] that it will be held for. Allocates nothing and cannot panic.
+    /// period `dt` \[s\] that it will be held for. Allocates nothing and cannot panic.
     ///
     /// # Errors
     /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1
     /// s. `tau`, and what the compensator names, such as `weights`: the result would not be finite.
-    /// On any error all that later steps depend on is bit for bit as before; only a refusal of a
-    /// result, which comes late, leaves other scratch memory behind.
+    /// After any error, all that later steps depend on is bit for bit as before. Scratch memory may
+    /// differ after a result was refused.
     pub fn step<S>(
         &self,
         state: &mut State<N, S>,
@@ -143,8 +143,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Ok(command)
     }
 
-    /// The torque at one stage of a step, inside the effort limit. Whoever applies it tells the
-    /// compensator what [acted](Compensator::acted).
+    /// The torque at one stage of a step, inside the effort limit. The caller who applies it tells
+    /// the compensator what [acted](Compensator::acted).
     #[inline(always)]
     pub fn decide<S>(&self, state: &mut S, stage: &Stage<'_>, sample: &Sample<N>) -> Command<N>
     where
@@ -159,7 +159,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     }
 }
 
-/// Refuses periods that no sampled controller has.
+/// Refuses periods that are too short or too long for a sampled controller.
 pub(crate) fn check_period(parameter: &'static str, period: f64) -> Result<()> {
     let possible = |dt: f64| (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
     within(parameter, &[period], possible, "a period between 1e-9 and 1 s")

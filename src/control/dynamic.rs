@@ -1,9 +1,9 @@
 //! A memory of a few numbers as a compensator: `ρ̂ = estimate(z, seen)` first, and once the torque
 //! that acted is known, `ż = rate(z, seen, applied)`.
 //!
-//! PID, sliding modes, observers, adaptation of a few parameters: each is an estimate and a rate,
-//! and this file makes the one adapter from them to the stages of a Runge-Kutta step, `z = z₀ + h Σ
-//! aⱼ żⱼ`, and to a sampled controller's Euler step.
+//! PID, sliding modes, observers, adaptation of a few parameters: each is an estimate and a rate.
+//! This file has the one adapter from them to the stages of a Runge-Kutta step,
+//! `z = z₀ + h Σ aⱼ żⱼ`, and to a sampled controller's Euler step.
 
 use super::{Applied, Audit, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::{Result, finite};
@@ -12,9 +12,9 @@ use crate::math::Vector;
 /// A way to produce ρ̂ for `N` joints from a memory z of `K` numbers. Every such type is a
 /// [`Compensator<N, DynamicState<K>>`](Compensator).
 ///
-/// The integrator's error control watches the motion, not z: a pole of z far faster than the arm
-/// wants steps to match. In a sampled controller z takes one Euler step a period, which is stable
-/// for poles below 2/period.
+/// The integrator's error control watches the motion, not z. If a pole of z is far faster than the
+/// arm, choose steps to match. In a sampled controller z takes one Euler step per period, which is
+/// stable for poles below 2/period.
 pub trait Dynamic<const N: usize, const K: usize> {
     /// z at the first sample; zero by default.
     fn start(&self, _seen: &Sample<N>) -> Vector<K> {
@@ -24,8 +24,8 @@ pub trait Dynamic<const N: usize, const K: usize> {
     /// ρ̂ [rad/s²].
     fn estimate(&self, z: &Vector<K>, seen: &Sample<N>) -> Vector<N>;
 
-    /// ż [1/s]. What integrates an error holds where the torque was [limited](Applied::limited);
-    /// what observes the arm goes on with the torque that acted.
+    /// ż [1/s]. An integrator of the error holds where the torque was [limited](Applied::limited).
+    /// An observer of the arm goes on with the torque that acted.
     fn rate(&self, z: &Vector<K>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<K>;
 }
 

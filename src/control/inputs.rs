@@ -6,16 +6,16 @@ use crate::error::{Error, Result, at_most, not_empty, within};
 /// A signal of `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Signal {
-    /// Tracking error e = q − q_d [rad], in [−π, π) for a joint that turns without an end.
+    /// Tracking error e = q − q_d \[rad\], in [−π, π) for a joint that turns without an end.
     E,
     /// ė [rad/s].
     De,
-    /// Measured position [rad], as it was measured: a turn more is another input, of a continuous
-    /// joint too.
+    /// Measured position \[rad\], as it was measured. A turn more is another input, even for a
+    /// continuous joint.
     Q,
     /// Measured velocity [rad/s].
     Dq,
-    /// Desired position [rad].
+    /// Desired position \[rad\].
     QDesired,
     /// Desired velocity [rad/s].
     DqDesired,

@@ -5,15 +5,15 @@ use super::Sample;
 use crate::arm::JointFriction;
 use crate::math::Vector;
 
-/// A control law for `N` joints: all that it knows is in `&self`, and nothing is remembered. What
-/// has a memory is a [`Compensator`](super::Compensator), or a [`Dynamic`](super::Dynamic) where
-/// that is a few numbers.
+/// A control law for `N` joints. All that it knows is in `&self`, and it remembers nothing. What
+/// has a memory is a [`Compensator`](super::Compensator), or a [`Dynamic`](super::Dynamic) if the
+/// memory is a few numbers.
 ///
 /// A law asks; [`Controller`](super::Controller) limits, tells the compensator what acted, and
 /// checks that samples are finite and at most 1e10 before the law sees them.
 pub trait Law<const N: usize> {
-    /// The torque for a sample, where `rho_hat` is the estimate ρ̂ [rad/s²] of what the law's model
-    /// leaves out: the arm accelerates by that much more than the model says.
+    /// The torque for a sample. `rho_hat` is the estimate ρ̂ [rad/s²] of what the law's model
+    /// leaves out: the arm accelerates by ρ̂ more than the model says.
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N>;
 
     /// The torque that keeps the arm at rest at `q`, as far as the law knows [N·m]: for a stop, and
@@ -32,9 +32,9 @@ pub trait Law<const N: usize> {
         [false; N]
     }
 
-    /// A number for what gives ρ̂ its meaning, as a rule the arm that the law believes in: weights
-    /// that were learnt under one law are right under another of the same fingerprint. 0, the
-    /// default, for a law without a model.
+    /// A number for what gives ρ̂ its meaning, as a rule the nominal arm. Weights that were learnt
+    /// under one law are right under another law of the same fingerprint. The default is 0, for a
+    /// law without a model.
     fn fingerprint(&self) -> u64 {
         0
     }
@@ -47,24 +47,25 @@ pub struct Demand<const N: usize> {
     pub model: Vector<N>,
     /// What is added for ρ̂, zero for ρ̂ = 0 [N·m].
     pub compensation: Vector<N>,
-    /// v, the acceleration under `model` of an arm that is as the law's model says [rad/s²]; for a
-    /// law without a model the one that it is after. What the model leaves out is ρ = q̈ − v + ρ̂.
+    /// v [rad/s²]: the acceleration under `model` if the arm is as the law's model says. For a law
+    /// without a model, v is the acceleration that it aims at. What the model leaves out is ρ = q̈
+    /// − v + ρ̂.
     pub v: Vector<N>,
 }
 
-/// The torque that acted at a stage, beside the one that the law asked for.
+/// The torque that acted at a stage, and the one that the law asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Applied<const N: usize> {
     /// model + compensation of the law [N·m].
     pub asked: Vector<N>,
-    /// What acted: inside the limits, of the controller, and of the actuators as far as they are
-    /// known [N·m].
+    /// What acted [N·m]: inside the controller's limits, and inside the actuators' limits if they
+    /// are known.
     pub tau: Vector<N>,
 }
 
 impl<const N: usize> Applied<N> {
-    /// Whether a limit cut the torque of any joint. The error then says nothing of the estimate:
-    /// what learns from it, or integrates it, holds.
+    /// Whether a limit cut the torque of any joint. The error then says nothing about the estimate,
+    /// so what learns from it or integrates it holds.
     #[inline]
     pub fn limited(&self) -> bool {
         self.tau != self.asked

@@ -33,7 +33,7 @@ impl<const N: usize> Limits<N> {
         Vector::from_fn(|n, _| bound(tau[n], -self.effort_limit[n], self.effort_limit[n]))
     }
 
-    /// The nearest torque inside both limits, `dt` [s] after `last` was applied.
+    /// The nearest torque inside both limits, `dt` \[s\] after `last` was applied.
     #[inline]
     pub fn clamp_after(&self, last: &Vector<N>, tau: &Vector<N>, dt: f64) -> Vector<N> {
         Vector::from_fn(|n, _| {

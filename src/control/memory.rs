@@ -1,5 +1,5 @@
-//! The memory of a compensator, lent by the caller, in whole cache lines: a register read across
-//! two lines costs twice.
+//! The memory of a compensator, lent by the caller and aligned to cache lines: a register that
+//! straddles two lines takes twice as long to read.
 
 use crate::error::{Error, Result};
 use crate::math::LANES;

@@ -14,7 +14,8 @@ const PRIOR: u64 = 2;
 const TORQUE: u64 = 4;
 /// A dictionary, with its sets instead of the rules.
 pub(super) const KERNEL: u64 = 8;
-/// The norms of the weights: added up in another order than a step's, their last bits would differ.
+/// The norms of the weights. They are stored because adding them up again, in another order than a
+/// step does, would change their last bits.
 const NORMS: u64 = 16;
 
 impl<const N: usize> State<N, ()> {
@@ -69,7 +70,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         let weights = reader.floats(self.weights_len())?;
         let has_prior = header.flags & PRIOR != 0;
         let prior = if has_prior { reader.floats(self.weights_len())? } else { Vec::new() };
-        // Files from before they had norms are read too.
+        // Older files, which have no norms, are read too.
         let has_norms = header.flags & NORMS != 0;
         let norms = if has_norms { reader.floats(N)? } else { Vec::new() };
         if !reader.rest.is_empty() || (has_prior && self.matrices() == 1) {

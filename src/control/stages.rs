@@ -1,5 +1,5 @@
-//! What the stages of one step record: a compensator's weights change by a sum of one rank-one term
-//! a stage.
+//! What the stages of one step record: a compensator's weights change by a sum of rank-one terms,
+//! one per stage.
 
 use super::Applied;
 use crate::math::{Vector, sqrt};

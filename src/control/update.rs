@@ -1,8 +1,8 @@
 //! The update law (18) of the weights, stage by stage: `(W − W₀)ξ = keep Dξ + Σ cⱼ (ξⱼ·ξ)`,
 //! `Ẇ = drive ξᵀ − pull D`.
 //!
-//! Whoever holds the weights brings `own = Dξ` of every stage and the products `gram = ξᵢ·ξⱼ`; all
-//! else is here.
+//! The compensator that holds the weights brings `own = Dξ` of every stage and the products
+//! `gram = ξᵢ·ξⱼ`. All else is here.
 
 use super::stages::{MAX_STAGES, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};

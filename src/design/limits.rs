@@ -22,7 +22,7 @@ pub enum Bound {
     Position,
     /// Largest speed [rad/s or m/s].
     Velocity,
-    /// Largest torque [N·m] or force [N].
+    /// Largest torque [N·m] or force \[N\].
     Effort,
 }
 
@@ -65,9 +65,9 @@ pub struct Excess {
     pub limit: f64,
     /// What the reference asks for.
     pub value: f64,
-    /// When it does so [s].
+    /// When it does so \[s\].
     pub time: f64,
-    /// When it first exceeds the limit [s].
+    /// When it first exceeds the limit \[s\].
     pub first: f64,
 }
 
@@ -134,7 +134,7 @@ impl<const N: usize> LimitCheck<N> {
             for (worst, (bound, value, limit, beyond)) in self.worst[joint].iter_mut().zip(asked) {
                 let size = if bound == Bound::Position { limit.abs().max(1.0) } else { limit };
                 let known = worst.map_or(ROUNDING * size, |known| known.by());
-                // A limit of infinity is never exceeded, and makes no number.
+                // An infinite limit is never exceeded, and would give NaN.
                 if limit.is_finite() && beyond > known {
                     let first = worst.map_or(time, |known| known.first);
                     let kind = link.kind;
@@ -146,9 +146,10 @@ impl<const N: usize> LimitCheck<N> {
     }
 }
 
-/// Looks at `reference` at t = 0, `dt`, 2 `dt` … and at last at `duration` [s]: what it exceeds of
-/// the arm's [limits](Serial::limits), and where it does so most. Between these times it is not
-/// looked at.
+/// What `reference` exceeds of the arm's [limits](Serial::limits), and where it does so most.
+///
+/// It is looked at when t = 0, `dt`, 2 `dt` … and last at `duration` \[s\], not between these
+/// times.
 ///
 /// # Errors
 /// `NotFinite` or `OutOfRange`, naming `duration`, `dt`, or `reference` with the joint where it, or

@@ -67,7 +67,7 @@ impl LinearModel {
         eigenvalues(&a)
     }
 
-    /// |e/ρ_d| [s²] at `omega` [rad/s] ≥ 0, s = jω:
+    /// |e/ρ_d| \[s²\] at `omega` [rad/s] ≥ 0, s = jω:
     /// `G |s / (s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12)|`.
     ///
     /// # Errors
@@ -86,7 +86,7 @@ impl LinearModel {
         Ok(1.0 / libm::hypot(re, im))
     }
 
-    /// Steady RMS of e [rad] under ρ_d = `amplitude` sin(`omega` t), [rad/s²] and [rad/s].
+    /// Steady RMS of e \[rad\] under ρ_d = `amplitude` sin(`omega` t), [rad/s²] and [rad/s].
     ///
     /// # Errors
     /// As [`Self::gain_at`].
@@ -95,7 +95,7 @@ impl LinearModel {
         Ok(amplitude.abs() * self.gain_at(omega)? / sqrt(2.0))
     }
 
-    /// Spectral radius of the model sampled with `period` h [s], the command held and applied
+    /// Spectral radius of the model sampled with `period` h \[s\], the command held and applied
     /// `delay_samples` d samples late.
     ///
     /// Exact for the double integrator: `e⁺ = e + h ė + ½h² G c`, `ė⁺ = ė + h G c`, with
@@ -117,7 +117,7 @@ impl LinearModel {
         self.radius(period, delay_samples)
     }
 
-    /// The longest period [s] below which the sampled model is stable, with `delay_samples` of
+    /// The longest period \[s\] below which the sampled model is stable, with `delay_samples` of
     /// delay.
     ///
     /// # Errors

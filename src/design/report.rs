@@ -31,7 +31,7 @@ const DOUBLINGS: usize = 60;
 /// What a design is judged for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conditions<'a> {
-    /// Period of the control loop [s].
+    /// Period of the control loop \[s\].
     pub period: f64,
     /// Samples from measurement to torque.
     pub delay_samples: usize,
@@ -66,11 +66,11 @@ pub struct JointReport {
     pub k_i: f64,
     /// Poles of the linear model [1/s].
     pub poles: [Complex; 3],
-    /// Predicted steady RMS error [rad], without and with the compensator.
+    /// Predicted steady RMS error \[rad\], without and with the compensator.
     pub rms: [f64; 2],
     /// Spectral radius of the sampled loop; it is stable below 1.
     pub sampled_radius: f64,
-    /// Longest period at which the sampled loop is stable [s].
+    /// Longest period at which the sampled loop is stable \[s\].
     pub max_period: f64,
 }
 
@@ -94,7 +94,7 @@ pub enum Finding {
         joint: usize,
         /// Its spectral radius.
         radius: f64,
-        /// Longest stable period [s].
+        /// Longest stable period \[s\].
         max_period: f64,
     },
     /// Sampling costs much of the damping.
@@ -103,7 +103,7 @@ pub enum Finding {
         joint: usize,
         /// Its spectral radius.
         radius: f64,
-        /// Longest stable period [s].
+        /// Longest stable period \[s\].
         max_period: f64,
     },
     /// The loop rings.

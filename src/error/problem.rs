@@ -47,9 +47,9 @@ pub enum Problem {
         every: usize,
         /// Rows of the record.
         rows: usize,
-        /// What a row takes [bytes].
+        /// What a row takes \[bytes\].
         row_bytes: usize,
-        /// The largest record made [bytes].
+        /// The largest record made \[bytes\].
         limit: u64,
     },
     /// A matrix that must be symmetric is not.

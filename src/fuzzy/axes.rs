@@ -7,8 +7,8 @@
 use pulp::Simd;
 
 use super::form::{MAX_INPUTS, MAX_SETS};
-use super::kernels::dot_lanes;
 use super::kronecker::Column;
+use super::lanes::dot_lanes;
 use super::lattice::Lattice;
 use super::membership::Sets;
 use super::places::Span;

@@ -17,8 +17,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
 use super::form::{Form, MAX_INPUTS};
-use super::kernels::dot;
 use super::kronecker::{Column, kronecker};
+use super::lanes::dot;
 use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};
@@ -41,8 +41,8 @@ impl FuzzyBasis {
     ///
     /// # Errors
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
-    /// `inputs`, `sets`, `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`], [`MAX_RULES`]; nothing is
-    /// allocated before that is known.
+    /// `inputs`, `sets`, `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`](super::MAX_SETS),
+    /// [`MAX_RULES`](super::MAX_RULES); nothing is allocated before that is known.
     pub fn new(form: Form, normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
         let axes = Axes::new(normalized, axes)?;
         let (mut sets, mut factors) = ([0; MAX_INPUTS], [Column::EMPTY; MAX_INPUTS]);

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::kernels::BLOCK;
+use super::lanes::BLOCK;
 use super::places::Span;
 use crate::math::LANES;
 

@@ -10,10 +10,10 @@ pub use table::Table;
 
 use crate::math::Vector;
 
-/// Desired position [rad], velocity [rad/s] and acceleration [rad/s²] at one instant.
+/// Desired position \[rad\], velocity [rad/s] and acceleration [rad/s²] at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setpoint<const N: usize> {
-    /// q_d [rad].
+    /// q_d \[rad\].
     pub q: Vector<N>,
     /// q̇_d [rad/s].
     pub dq: Vector<N>,
@@ -22,7 +22,7 @@ pub struct Setpoint<const N: usize> {
 }
 
 impl<const N: usize> Setpoint<N> {
-    /// Standing still at `q` [rad].
+    /// Standing still at `q` \[rad\].
     #[inline]
     pub fn at_rest(q: Vector<N>) -> Self {
         Self { q, dq: Vector::zeros(), ddq: Vector::zeros() }
@@ -31,7 +31,7 @@ impl<const N: usize> Setpoint<N> {
 
 /// A desired motion. Any `Fn(f64) -> Setpoint<N>` is one.
 pub trait Reference<const N: usize> {
-    /// The set-point at time `t` [s].
+    /// The set-point at time `t` \[s\].
     fn at(&self, t: f64) -> Setpoint<N>;
 }
 

@@ -21,7 +21,8 @@ pub struct Quintic<const N: usize> {
 }
 
 impl<const N: usize> Quintic<N> {
-    /// From `start` [rad], leaving at `start_time` [s], to `goal` [rad], `duration` [s] > 0 later.
+    /// From `start` \[rad\], leaving at `start_time` \[s\], to `goal` \[rad\], reached
+    /// after `duration` \[s\] > 0.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `start`, `goal`, `start_time` or `duration`; the last

@@ -10,9 +10,9 @@ use crate::math::{Vector, sin_cos};
 pub struct Harmonic<const N: usize> {
     /// ω [rad/s].
     pub frequency: f64,
-    /// s, amplitudes of sin(ω t) [rad].
+    /// s, amplitudes of sin(ω t) \[rad\].
     pub sin: [f64; N],
-    /// c, amplitudes of cos(ω t) [rad].
+    /// c, amplitudes of cos(ω t) \[rad\].
     pub cos: [f64; N],
 }
 
@@ -53,7 +53,7 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
         Ok(Self { offset: offset.into(), harmonics })
     }
 
-    /// The sum alone, without its derivatives, at time `t` [s].
+    /// The sum alone, without its derivatives, at time `t` \[s\].
     #[inline(always)]
     pub fn value(&self, t: f64) -> Vector<N> {
         let mut value = self.offset;

@@ -29,8 +29,8 @@ pub struct Table<const N: usize, T> {
 }
 
 impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
-    /// Times `t` [s]; `q` [rad], `dq` [rad/s], `ddq` [rad/s²] hold the `N` joints of sample 0, then
-    /// of sample 1, and so on.
+    /// Times `t` \[s\], and `q` \[rad\], `dq` [rad/s], `ddq` [rad/s²]: the `N` joints of sample 0,
+    /// then those of sample 1, and so on.
     ///
     /// # Errors
     /// `OutOfRange` naming `t` for fewer than two samples (got = their number), for a time that
@@ -79,7 +79,7 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
         [10.0 * r - 4.0 * r1 + 0.5 * r2, -15.0 * r + 7.0 * r1 - r2, 6.0 * r - 3.0 * r1 + 0.5 * r2]
     }
 
-    /// The polynomial after sample `k`, `x` [s] later.
+    /// The polynomial after sample `k`, `x` \[s\] later.
     #[inline]
     fn inside(&self, k: usize, x: f64) -> Setpoint<N> {
         let h = self.step(k);

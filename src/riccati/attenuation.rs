@@ -3,9 +3,9 @@
 use nalgebra::{DefaultAllocator, Dim};
 
 use super::certificate::{Certified, Wanted, certify, check_symmetric, definiteness};
+use super::dense::{Modes, Room, Square, Tall};
 use super::doubling::solve;
 use super::gamma::{check_gamma, scale};
-use super::kernels::{Modes, Room, Square, Tall};
 use super::peak::{Limit, peak};
 use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum};

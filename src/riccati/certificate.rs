@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, DefaultAllocator, Dim};
 
 use super::RESIDUAL_LIMIT;
-use super::kernels::{Room, Square};
+use super::dense::{Room, Square};
 use super::newton::Residual;
 use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum, symmetric_spectrum};
@@ -116,5 +116,5 @@ where
     if difference.abs() > SYMMETRY * q.amax() {
         return Err(Error::not_symmetric(parameter, (row, column), difference));
     }
-    Ok(super::kernels::symmetric(q.clone()))
+    Ok(super::dense::symmetric(q.clone()))
 }

@@ -10,7 +10,7 @@
 
 use nalgebra::{DefaultAllocator, Dim};
 
-use super::kernels::{Modes, Room, Square, inverse, mul, plus_diagonal, symmetric};
+use super::dense::{Modes, Room, Square, inverse, mul, plus_diagonal, symmetric};
 use super::newton::{DOUBLINGS, FADED, Refined, newton};
 use super::scaling::Problem;
 use crate::math::sqrt;

@@ -3,7 +3,7 @@
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
 
-use super::kernels::Room;
+use super::dense::Room;
 use super::scaling::Problem;
 use crate::eigen::{Complex, eigenvalues_in_place};
 use crate::error::Result;

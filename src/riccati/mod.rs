@@ -11,11 +11,13 @@
 //! the closed loop is Hurwitz; P ≥ 0 where Q ≥ 0; and γ > γ_opt is proven or, where rounding hides
 //! the proof, γ is 1.001 times the largest gain that a search over all frequencies found.
 //!
-//! Sizes known when compiling need no allocator; [`dynamic`] takes any up to 512 states. Both are
-//! the same text. The way through: checks (`attenuation`, `regulator`) → units (`scaling`) → P
-//! (`doubling`) → the last digits and the proof (`newton`) → `certificate`; where there is none,
-//! why: `peak` (over `response`), `reach` (both on `reflector`), `hamiltonian`. Products and
-//! inverses are in `kernels`, one joint in closed form in `joint`.
+//! Sizes known when compiling need no allocator; `dynamic` (feature `std`) takes any up to 512
+//! states. Both are the same text.
+//!
+//! The way through: checks (`attenuation`, `regulator`) → units (`scaling`) → P (`doubling`) → the
+//! last digits and the proof (`newton`) → `certificate`. Where there is no P, these say why: `peak`
+//! (over `response`), `reach` (both on `reflector`), `hamiltonian`. Products and inverses are in
+//! `dense`, one joint in closed form in `joint`.
 
 use nalgebra::{Const, SMatrix};
 
@@ -24,13 +26,13 @@ use crate::math::Matrix;
 
 mod attenuation;
 mod certificate;
+mod dense;
 mod doubling;
 #[cfg(feature = "std")]
 pub mod dynamic;
 mod gamma;
 mod hamiltonian;
 mod joint;
-mod kernels;
 mod newton;
 mod peak;
 mod reach;

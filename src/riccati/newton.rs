@@ -11,7 +11,7 @@
 
 use nalgebra::{DefaultAllocator, Dim};
 
-use super::kernels::{Room, Square, congruence, inverse, mul, plus_diagonal, symmetric};
+use super::dense::{Room, Square, congruence, inverse, mul, plus_diagonal, symmetric};
 use super::scaling::Problem;
 
 /// Doublings allowed. Twelve is usual; each one squares the distance to the limit, or halves it at

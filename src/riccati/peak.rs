@@ -11,9 +11,9 @@
 
 use nalgebra::{DefaultAllocator, Dim};
 
+use super::dense::{Modes, Room, Square, Tall};
 use super::doubling::solve;
 use super::hamiltonian;
-use super::kernels::{Modes, Room, Square, Tall};
 use super::response::Response;
 use super::scaling::{Problem, Scaled};
 use crate::eigen::{Complex, modulus};

@@ -11,7 +11,7 @@ use core::ops::Range;
 
 use nalgebra::{DefaultAllocator, Dim, U1};
 
-use super::kernels::{Modes, Room, Square, Tall};
+use super::dense::{Modes, Room, Square, Tall};
 use super::reflector::Reflector;
 use crate::eigen::{Complex, eigenvalues_in_place};
 use crate::error::Result;

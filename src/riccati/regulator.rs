@@ -11,9 +11,9 @@
 use nalgebra::{Cholesky, DefaultAllocator, Dim};
 
 use super::certificate::{Certified, Wanted, certify, check_symmetric, definiteness, smallest};
+use super::dense::{Modes, Room, Square, Tall};
 use super::doubling::solve;
 use super::hamiltonian;
-use super::kernels::{Modes, Room, Square, Tall};
 use super::newton::newton;
 use super::reach::unreached;
 use super::scaling::{Problem, Scaled};

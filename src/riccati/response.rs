@@ -5,7 +5,7 @@
 
 use nalgebra::{DefaultAllocator, Dim, OMatrix, OVector, U1};
 
-use super::kernels::{Room, Square, Tall, mul};
+use super::dense::{Room, Square, Tall, mul};
 use super::reflector::Reflector;
 use super::scaling::Problem;
 use crate::eigen::{Complex, modulus, symmetric_in_place};

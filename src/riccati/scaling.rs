@@ -2,7 +2,7 @@
 
 use nalgebra::{DefaultAllocator, Dim, U1};
 
-use super::kernels::{Modes, Room, Square, Tall, mul, plus_diagonal, symmetric};
+use super::dense::{Modes, Room, Square, Tall, mul, plus_diagonal, symmetric};
 use crate::eigen::{balancing_factor, modulus, power_of_two_near};
 use crate::math::sqrt;
 

@@ -11,7 +11,7 @@ use crate::error::{Error, Problem, finite};
 /// What is wrong, and at which joint.
 pub(super) struct Refusal {
     pub joint: Option<usize>,
-    /// Whether the mass distribution is one that no body has.
+    /// Whether no rigid body can have the mass distribution.
     pub of_body: bool,
     pub message: String,
 }
@@ -22,8 +22,8 @@ impl From<Refusal> for ReadError {
     }
 }
 
-/// Takes the links as the description's `unphysical` has it, and says in `notes` what no body is;
-/// refuses what no arm can have.
+/// Takes the links as the description's `unphysical` says, and names in `notes` those that no rigid
+/// body can be. Refuses what no arm can have.
 pub(super) fn take(description: &mut Description) -> Result<(), Refusal> {
     let of_arm = |message| Refusal { joint: None, of_body: false, message };
     if description.joints.is_empty() {
@@ -57,7 +57,7 @@ pub(super) fn take(description: &mut Description) -> Result<(), Refusal> {
     Ok(())
 }
 
-/// What is wrong with a mass distribution, if no body has it.
+/// What is wrong with a mass distribution, if no rigid body can have it.
 pub(super) fn body_problem(inertia: &Inertia) -> Option<String> {
     let flaw = inertia.flaw().ok().flatten()?;
     let wanted = flaw.wanted();
@@ -102,7 +102,7 @@ pub(super) fn how_far(inertia: &Inertia) -> Option<String> {
     })
 }
 
-/// What is said of a body that is none: as stated, or what it became.
+/// The note on a link that no rigid body can be: taken as stated, or what it became.
 fn body_note(link: &str, stated: &Inertia, taken: &Inertia) -> Option<String> {
     let link = quoted(link);
     let how_far = how_far(stated)?;
@@ -116,7 +116,7 @@ fn body_note(link: &str, stated: &Inertia, taken: &Inertia) -> Option<String> {
     ))
 }
 
-/// Notes on links that are taken as stated, though no body is like that.
+/// Notes on links that are taken as stated, though no rigid body can be like that.
 pub(super) fn as_stated(description: &Description) -> Vec<String> {
     let joints = description.joints.iter();
     joints
@@ -132,7 +132,8 @@ fn figures(values: &[f64; 3]) -> String {
     values.map(|value| format!("{value:.4e}")).join(", ")
 }
 
-/// The arm's complaint about a mass distribution that no body has, if that is what it is.
+/// The arm's complaint about a mass distribution that no rigid body can have, if that is what it
+/// is.
 fn of_body(error: Error, inertia: &Inertia) -> Option<String> {
     let of_body = matches!(error.parameter(), "inertia.moments" | "inertia.mass");
     match error.problem() {

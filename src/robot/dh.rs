@@ -1,8 +1,9 @@
 //! Denavit-Hartenberg tables, in the two conventions of the field:
 //!
 //! ```text
-//! standard   ⁱ⁻¹Tᵢ = R_z(θᵢ) T_z(dᵢ) T_x(aᵢ) R_x(αᵢ)              frame i at the far end of link i
-//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)        frame i on joint i; row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
+//! standard   ⁱ⁻¹Tᵢ = R_z(θᵢ) T_z(dᵢ) T_x(aᵢ) R_x(αᵢ)           frame i at the far end of link i
+//! modified   ⁱ⁻¹Tᵢ = R_x(αᵢ₋₁) T_x(aᵢ₋₁) R_z(θᵢ) T_z(dᵢ)     frame i on joint i
+//!            row i holds aᵢ₋₁, αᵢ₋₁, dᵢ, θᵢ
 //! ```
 //!
 //! A link of ours has its frame on its joint, so a standard table's mass distributions are moved by
@@ -32,13 +33,13 @@ pub enum Convention {
 pub struct DhRow {
     /// How the joint moves: one that turns adds q to θ, a prismatic one to d.
     pub kind: JointKind,
-    /// a, along x [m].
+    /// a, along x \[m\].
     pub a: f64,
-    /// α, about x [rad].
+    /// α, about x \[rad\].
     pub alpha: f64,
-    /// d, along z [m].
+    /// d, along z \[m\].
     pub d: f64,
-    /// θ at q = 0, about z [rad].
+    /// θ at q = 0, about z \[rad\].
     pub theta_offset: f64,
     /// Mass distribution of link i, in the table's frame i.
     pub inertia: Inertia,
@@ -71,7 +72,7 @@ impl Description {
     /// on; the tip is the table's last frame.
     ///
     /// # Errors
-    /// If there is no row, a number is not finite, or a mass distribution is one that no body has.
+    /// If there is no row, a number is not finite, or no rigid body can have a mass distribution.
     pub fn from_dh(
         name: &str,
         rows: &[DhRow],
@@ -81,11 +82,11 @@ impl Description {
         Self::from_dh_taking(name, rows, convention, gravity, Unphysical::Refuse)
     }
 
-    /// [`Description::from_dh`], with a say in what is done about a mass distribution that no body
-    /// has.
+    /// [`Description::from_dh`], with a choice of what is done about a mass distribution that no
+    /// rigid body can have.
     ///
     /// # Errors
-    /// As there, but for what is to be taken.
+    /// As there, except for what is taken.
     pub fn from_dh_taking(
         name: &str,
         rows: &[DhRow],
@@ -117,7 +118,7 @@ impl Description {
     }
 }
 
-/// Refuses a row with a number that is none.
+/// Refuses a row with NaN or infinity.
 fn finite(index: usize, row: &DhRow) -> Result<(), ReadError> {
     let columns =
         [("a", row.a), ("alpha", row.alpha), ("d", row.d), ("theta_offset", row.theta_offset)];

@@ -49,7 +49,7 @@ pub struct Description {
     pub gravity: [f64; 3],
     /// What the file says that was not used, or not taken as it stands; each said once.
     pub notes: Vec<String>,
-    /// What was done about links that no body is; each is in the notes.
+    /// What was done about links that no rigid body can be; each is in the notes.
     pub unphysical: Unphysical,
 }
 
@@ -95,7 +95,7 @@ impl Description {
         })
     }
 
-    /// The arm, with `N` joints; it keeps what is to be done about links that no body is.
+    /// The arm, with `N` joints. It keeps the policy for links that no rigid body can be.
     ///
     /// # Errors
     /// If the chain does not have `N` joints, or as [`Serial::new_with`], with the joint by name.

@@ -13,7 +13,8 @@ const MIN_FACTOR: f64 = 0.2;
 /// A step shorter than this fraction of the time no longer advances it.
 const SHORTEST_STEP: f64 = 1e-13;
 
-/// How a step size follows from an error: by that power of it, growing by at most that factor.
+/// How the next step size follows from an error: the power of the error, and the largest factor by
+/// which the step grows.
 struct Growth {
     power: f64,
     max_factor: f64,
@@ -26,16 +27,16 @@ const STIFF: Growth = Growth { power: -1.0 / 3.0, max_factor: 3.0 };
 pub(super) struct Accepted<const N: usize> {
     /// Where it led.
     pub motion: Motion<N>,
-    /// Its length [s].
+    /// Its length \[s\].
     pub h: f64,
-    /// Its end [s].
+    /// Its end \[s\].
     pub end: f64,
-    /// The length to try next [s].
+    /// The length to try next \[s\].
     pub next_h: f64,
 }
 
-/// Tries steps of Dormand-Prince from `t`, first of length `h`, none beyond `end`, until one meets
-/// the tolerance; `None` if none does.
+/// Tries steps of Dormand-Prince from `t` until one meets the tolerance. The first has the length
+/// `h`, and none goes beyond `end`. `None` if no step meets it.
 ///
 /// Stage 0 is already in `rates`; `acceleration` is told the stage, its time and the motion there.
 #[inline]
@@ -57,8 +58,8 @@ pub(super) fn attempt<const N: usize>(
     })
 }
 
-/// The same for steps in which friction is solved for: `step` makes one of the length that it is
-/// told, up to the time.
+/// The same for steps in which friction is solved for. `step` is told the length of a step and the
+/// time of its end.
 pub(super) fn attempt_stiff<const N: usize>(
     (t, h, end): (f64, f64, f64),
     start: &Motion<N>,

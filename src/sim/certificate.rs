@@ -54,7 +54,7 @@ impl Certificate {
         }
     }
 
-    /// Adds the integrands of one stage with their quadrature weight [s].
+    /// Adds the integrands of one stage with their quadrature weight \[s\].
     #[inline]
     pub(super) fn add(&mut self, weight: f64, rates: &Self) {
         self.supplied += weight * rates.supplied;

@@ -9,12 +9,12 @@ use crate::control::{Channel, Width};
 pub struct Column {
     /// What it is.
     pub channel: Channel,
-    /// Its values, as many a row as its [width](Channel::width) says.
+    /// Its values, as many per row as its [width](Channel::width) says.
     pub values: Vec<f64>,
 }
 
 impl Column {
-    /// A column without a row, with room for `rows`.
+    /// An empty column with room for `rows` rows.
     pub(super) fn with_room(
         channel: Channel,
         joints: usize,
@@ -25,7 +25,7 @@ impl Column {
     }
 }
 
-/// A row of a signal: a number, or one a joint.
+/// A row of a signal: one number, or one per joint.
 pub(super) trait Cell: Copy {
     const WIDTH: Width;
 
@@ -92,7 +92,7 @@ macro_rules! record {
         $(#[$meta])*
         $vis struct $record<const $n: usize> {
             $($(
-                #[doc = concat!($doc, " [", $unit, "].")]
+                #[doc = concat!($doc, r" \[", $unit, r"\].")]
                 pub $field: Vec<$cell>,
             )*)*
             /// Signals that the compensator adds, as it declares them.
@@ -117,7 +117,7 @@ macro_rules! record {
                 ),)*)*
             ];
 
-            /// A record without a row, with room for `rows`, and for signals of others' `own`.
+            /// An empty record with room for `rows` rows, also of the `own` signals of others.
             fn with_room(
                 rows: usize,
                 record: Record,

@@ -17,13 +17,13 @@ pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     plant: &'a Plant<N, A, D>,
     pub(super) controller: &'a Controller<N, L, C>,
     reference: &'a R,
-    /// Two stages often fall on one time: the set-point there, and the disturbance if it depends on
-    /// the time alone.
+    /// The latest time with its set-point, and with the disturbance if that depends on time alone.
+    /// Two stages often fall on one time.
     latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,
     /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
     shares: [Certificate; MAX_STAGES],
-    /// What opposes the motion of the plant's joints, unless nothing does.
+    /// What opposes the motion of the plant's joints; `None` if nothing does.
     laws: Option<[Resistance; N]>,
     /// 2 s·F at the stages of a step in which friction was solved for, and F at its end.
     pulls: [f64; 4],
@@ -97,7 +97,7 @@ where
         ddq
     }
 
-    /// The start of a step of length `h` [s] at time `t`; remembers the evaluation.
+    /// The start of a step of length `h` \[s\] at time `t`; remembers the evaluation.
     pub fn start<S>(&mut self, state: &mut S, h: f64, t: f64, motion: &Motion<N>) -> Start<N>
     where
         C: Compensator<N, S>,
@@ -107,7 +107,7 @@ where
         start
     }
 
-    /// The loop at the start of such a step, and how that is to be made.
+    /// The loop at the start of such a step, and how the step is to be made.
     #[inline(always)]
     pub(super) fn begin<S>(
         &mut self,
@@ -185,9 +185,9 @@ where
         self.evaluate(state, stage, t, motion).1
     }
 
-    /// The loop and q̈ at a stage. Inlined, as all that it calls on the way, so that a stage
-    /// computes only what its caller uses, and its numbers stay in registers: returned through
-    /// memory one by one, they could not be read soon as one.
+    /// The loop and q̈ at a stage. Inlined with all that it calls. A stage then computes only what
+    /// its caller uses, and its numbers stay in registers. Written to memory one by one and read
+    /// back as a vector, they would miss store forwarding.
     #[inline(always)]
     pub(super) fn evaluate<S>(
         &mut self,
@@ -231,7 +231,7 @@ where
         (evaluation, ddq)
     }
 
-    /// Finishes a step of length `h` from `t` to `end` [s], by RK4 or with friction solved for.
+    /// Finishes a step of length `h` from `t` to `end` \[s\], by RK4 or with friction solved for.
     ///
     /// # Errors
     /// When the weights would not be finite.
@@ -312,8 +312,8 @@ where
         self.controller.compensator.advance(state, end)
     }
 
-    /// Makes the last stage of the step that was just taken, remembered, the start of the next,
-    /// where q̈ = `ddq`; `None` if that must be evaluated again.
+    /// Makes the last stage of the step that was just taken the start of the next one, where q̈ =
+    /// `ddq`. `None` if the start must be evaluated again.
     pub(super) fn carry<S>(
         &mut self,
         state: &mut S,
@@ -349,8 +349,8 @@ where
         }
     }
 
-    /// The same for a step that [`finish`](Self::finish) made. What friction did entered V with
-    /// weights of its own; at the end of the step it waits for [`settle`](Self::settle).
+    /// The same for a step that [`finish`](Self::finish) made. The work of friction entered V with
+    /// weights of its own. The part at the end of the step waits for [`settle`](Self::settle).
     pub(super) fn certify_step(&self, h: f64, certificate: &mut Certificate) {
         self.certify(&RK4, h, certificate);
         if self.last_braking.is_some() {
@@ -361,7 +361,7 @@ where
         }
     }
 
-    /// Adds to the certificate what friction did at the end of the last step, of length `h` [s],
+    /// Adds to the certificate what friction did at the end of the last step, of length `h` \[s\],
     /// from the loop `at` that end.
     #[inline]
     pub(super) fn settle(&mut self, at: &Evaluation<N>, h: f64, certificate: &mut Certificate) {
@@ -371,7 +371,7 @@ where
         }
     }
 
-    /// Whether the set-point asked for last is no number.
+    /// Whether the latest set-point is NaN or infinite.
     pub(super) fn lost_reference(&self) -> bool {
         self.latest.is_some_and(|(_, Setpoint { q, dq, ddq }, _)| {
             [q, dq, ddq].iter().any(|x| x.iter().any(|v| !v.is_finite()))
@@ -393,7 +393,7 @@ where
     }
 }
 
-/// The time of a stage in a step of `h` [s] from `t` to `end`, which is that to the bit.
+/// The time of a stage in a step of `h` \[s\] from `t` to `end`; `end` to the bit at c = 1.
 #[inline(always)]
 fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
     if stage.node == 1.0 { end } else { t + stage.node * h }

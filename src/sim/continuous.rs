@@ -141,8 +141,8 @@ where
     record.finish()
 }
 
-/// A step of Dormand-Prince from `t`, first tried with the length `h`, with the rows within it, and
-/// q̈ at its end; `None` if none met the tolerance.
+/// A step of Dormand-Prince from `t`, first tried with the length `h`. Records the rows within it,
+/// and gives q̈ at its end. `None` if no step met the tolerance.
 fn by_dp54<const N: usize, A, D, L, C, R, S>(
     system: &mut ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,
@@ -214,14 +214,13 @@ where
     Some((step, start.ddq))
 }
 
-/// Why the run cannot go on: the set-point of the stage evaluated last if that is no number, or
-/// else `cause`.
+/// Why the run cannot go on: the last set-point if that is NaN or infinite, or else `cause`.
 fn blame(lost_reference: bool, cause: Cause) -> Cause {
     if lost_reference { Cause::Reference } else { cause }
 }
 
-/// Evaluates the loop inside the step that was just taken, at time `t`, θ h after its start, in the
-/// place of the last stage.
+/// Evaluates the loop inside the step that was just taken, at time `t`, θ h after its start. This
+/// evaluation takes the place of the last stage.
 fn dense<const N: usize, A, D, L, C, R, S>(
     system: &mut ClosedLoop<'_, N, A, D, L, C, R>,
     state: &mut S,

@@ -5,9 +5,9 @@ use core::fmt;
 /// Why a run should not be believed: its step is too long.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Doubt {
-    /// The step [s].
+    /// The step \[s\].
     pub dt: f64,
-    /// When it was worst, or first noticed [s].
+    /// When it was worst, or first noticed \[s\].
     pub t: f64,
     /// The joint for which.
     pub joint: usize,
@@ -31,8 +31,8 @@ pub enum Coarse {
     Friction,
     /// Stribeck's friction, which makes the joint break away within a step.
     Falling,
-    /// Stiff friction that the controller cancels by a law which is no part of the plant's, another
-    /// smoothing for one.
+    /// Stiff friction that the controller cancels with a friction law that does not fit the
+    /// plant's, for example one of another smoothing.
     Uncovered,
 }
 

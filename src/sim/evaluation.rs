@@ -6,7 +6,7 @@ use crate::math::Vector;
 /// All that is known of the loop at one stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<const N: usize> {
-    /// Time [s].
+    /// Time \[s\].
     pub t: f64,
     /// Measurement, set-point and error.
     pub sample: Sample<N>,

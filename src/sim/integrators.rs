@@ -8,7 +8,7 @@ use crate::math::{Vector, sqrt};
 /// Position and velocity at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion<const N: usize> {
-    /// q [rad].
+    /// q \[rad\].
     pub q: Vector<N>,
     /// q̇ [rad/s].
     pub dq: Vector<N>,
@@ -144,8 +144,8 @@ impl<const N: usize> Motion<N> {
         Self { q: Vector::zeros(), dq: Vector::zeros() }
     }
 
-    /// y + h Σ cᵢ kᵢ, position and velocity one after the other: in one sum, the compiler reads
-    /// half of each as a register, which stalls when both were just written.
+    /// y + h Σ cᵢ kᵢ, position and velocity one after the other: in one sum, the compiler would
+    /// read half of each as one register. That misses store forwarding when both were just written.
     #[inline]
     pub fn plus(&self, h: f64, coefficients: &[f64], rates: &[Self]) -> Self {
         let sum = |part: fn(&Self) -> &Vector<N>| {

@@ -6,14 +6,14 @@ use crate::math::sqrt;
 /// Figures of one joint over a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Metrics {
-    /// Root mean square of e [rad].
+    /// Root mean square of e \[rad\].
     pub rms_e: f64,
-    /// Largest |e| [rad].
+    /// Largest |e| \[rad\].
     pub max_abs_e: f64,
     /// ∫ t |e| dt, t from the start of the window [rad·s²].
     pub itae: f64,
-    /// Time from the start of the window after which |e| stays within the band [s]; infinite if it
-    /// never does.
+    /// Time from the start of the window after which |e| stays within the band \[s\]; infinite if
+    /// it never does.
     pub settling_time: f64,
     /// Root mean square of τ [N·m]; NaN, like all figures of τ, where it was not recorded.
     pub rms_tau: f64,
@@ -26,11 +26,11 @@ pub struct Metrics {
 /// The window and band of [`metrics`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// First and last time [s].
+    /// First and last time \[s\].
     pub from: f64,
-    /// Last time [s].
+    /// Last time \[s\].
     pub to: f64,
-    /// |e| within this counts as settled [rad].
+    /// |e| within this counts as settled \[rad\].
     pub band: f64,
 }
 

@@ -7,7 +7,7 @@ use crate::error::{Error, Result, finite, positive, within};
 /// A run has at most this many steps.
 const MAX_STEPS: f64 = 1e8;
 
-/// A record takes at most this much memory [bytes]. A larger one is refused before the run.
+/// A record takes at most this much memory \[bytes\]. A larger one is refused before the run.
 pub const MAX_RECORD_BYTES: u64 = 1 << 31;
 
 /// How far a ratio of times may be from a whole number.
@@ -29,24 +29,24 @@ pub enum Record {
     #[default]
     All,
     /// Position and velocity; [`Run::add_reference`](super::Run::add_reference) adds the desired
-    /// motion and the error afterwards. A row of an error-controlled run then needs its dense
-    /// output alone, no evaluation of the loop.
+    /// motion and the error afterwards. A row of an error-controlled run then needs only its dense
+    /// output, and no evaluation of the loop.
     Motion,
 }
 
 /// Options of a simulation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options<const N: usize> {
-    /// Length [s].
+    /// Length \[s\].
     pub duration: f64,
-    /// Step of the integrator, and spacing of the record [s].
+    /// Step of the integrator, and spacing of the record \[s\].
     pub dt: f64,
     /// Integrator.
     pub method: Method,
-    /// Period of a sampled controller that holds its torque [s]; `None`: it acts in continuous
+    /// Period of a sampled controller that holds its torque \[s\]; `None`: it acts in continuous
     /// time.
     pub control_period: Option<f64>,
-    /// Initial position [rad].
+    /// Initial position \[rad\].
     pub q0: [f64; N],
     /// Initial velocity [rad/s].
     pub dq0: [f64; N],
@@ -64,7 +64,7 @@ impl Record {
 }
 
 impl<const N: usize> Default for Options<N> {
-    /// The paper's: 40 s of RK4 with 1 ms from rest in the origin, in continuous time.
+    /// The paper's: 40 s of RK4 in steps of 1 ms, from rest at q = 0, in continuous time.
     fn default() -> Self {
         Self {
             duration: 40.0,

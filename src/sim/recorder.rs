@@ -26,7 +26,7 @@ pub(super) struct Recorder<const N: usize> {
     pub steps: usize,
     every: usize,
     record: Record,
-    /// Spacing of the rows [s].
+    /// Spacing of the rows \[s\].
     pub dt: f64,
 }
 
@@ -53,7 +53,7 @@ impl<const N: usize> Recorder<N> {
         Ok(Self { run, own, certificate: None, resolution, steps, every, record, dt })
     }
 
-    /// Time of row k [s].
+    /// Time of row k \[s\].
     #[inline]
     pub fn time(&self, k: usize) -> f64 {
         k as f64 * self.dt
@@ -82,8 +82,8 @@ impl<const N: usize> Recorder<N> {
         self.record == Record::All
     }
 
-    /// Takes row k, which was found healthy, if it is due; `own` writes that of the compensator's
-    /// own signals.
+    /// Records row k, in which nothing was wrong, if it is due. `own` writes the row of the
+    /// compensator's own signals.
     #[inline]
     pub fn take(&mut self, k: usize, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         if self.due(k) {
@@ -91,14 +91,14 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Takes a row between two steps, unless something is wrong with it.
+    /// Records a row between two steps, unless something is wrong with it.
     pub fn take_between(&mut self, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         if trouble(at).is_none() {
             self.push(at, own);
         }
     }
 
-    /// Adds what is wanted of a row.
+    /// Adds the signals of a row that are to be recorded.
     #[inline]
     fn push(&mut self, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
         self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
@@ -118,7 +118,7 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Confirms the certificate up to an evaluation that was found healthy.
+    /// Confirms the certificate up to an evaluation in which nothing was wrong.
     #[inline]
     pub fn confirm(&mut self, certificate: &mut Certificate, at: &Evaluation<N>) {
         if let Some(audit) = &at.audit {
@@ -130,7 +130,7 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Notes how well the step from time `t` [s] on followed the motion.
+    /// Notes how well the step from time `t` \[s\] on followed the motion.
     #[inline]
     pub fn resolve(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
         self.resolution.add(t, start, moved);
@@ -182,19 +182,19 @@ fn moderate<const N: usize>(sample: &Sample<N>) -> bool {
     small(q) && small(dq) && finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)
 }
 
-/// What is wrong where something is.
+/// What is wrong with a sample that is not moderate.
 #[cold]
 fn cause<const N: usize>(sample: &Sample<N>) -> Cause {
     let Sample { q, dq, desired, .. } = sample;
     if !(finite(&desired.q) && finite(&desired.dq) && finite(&desired.ddq)) {
         return Cause::Reference;
     }
-    // A motion that is no number comes from an acceleration that was none.
+    // A NaN position comes from a NaN acceleration.
     let far = q.iter().chain(dq.iter()).any(|v| v.abs() > DIVERGED);
     if far { Cause::Motion } else { Cause::Acceleration }
 }
 
-/// Whether a motion has not diverged.
+/// Whether positions or velocities have not diverged.
 #[inline]
 fn small<const N: usize>(x: &Vector<N>) -> bool {
     x.iter().all(|v| v.abs() <= DIVERGED)

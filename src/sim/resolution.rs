@@ -6,12 +6,12 @@ use super::integrators::Motion;
 use super::stiff::Moved;
 use crate::math::Vector;
 
-/// A run whose steps are off by more than this in sum is told so [rad or m].
+/// Steps whose errors add up to more than this [rad or m] are reported.
 const MOST_ERROR: f64 = 1e-3;
 
-/// A run that diverges did so for its steps if one of them was off by more than this share of the
-/// way that it went, the first one off by more than the bound above. What really runs away is
-/// followed well until it is far away.
+/// The steps are to blame for a run that diverges if, in the first step whose error is above the
+/// bound, the error is also above this share of the way. A loop that really runs away is followed
+/// well until it is far away.
 const ASTRAY: f64 = 0.01;
 
 /// The errors of the steps so far.
@@ -25,20 +25,20 @@ pub(super) struct Resolution<const N: usize> {
     largest: f64,
     /// Where that was.
     worst: (f64, usize),
-    /// Whether the steps went astray when the sum passed its bound.
+    /// Whether the first step whose error passed the bound went astray.
     astray: Option<bool>,
     lost: Option<(f64, (usize, Coarse))>,
 }
 
 impl<const N: usize> Resolution<N> {
-    /// Of steps of `dt` [s].
+    /// Of steps of `dt` \[s\].
     pub fn new(dt: f64) -> Self {
         let (sums, largest, worst) = (Vector::zeros(), 0.0, (0.0, 0));
         let (smooth_sums, swing) = (sums, 0.0);
         Self { dt, sums, smooth_sums, swing, largest, worst, astray: None, lost: None }
     }
 
-    /// Adds the step from `start` at time `t` [s].
+    /// Adds the step from `start` at time `t` \[s\].
     #[inline(always)]
     pub fn add(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
         let sums = if moved.stiff { &mut self.sums } else { &mut self.smooth_sums };
@@ -62,8 +62,8 @@ impl<const N: usize> Resolution<N> {
     }
 
     /// The sum of the errors of all steps, of the joint where it is largest. RK4's own error is
-    /// below the estimate, which is of order 3: by about the share of the estimate in the change of
-    /// velocity, as both fall with the step.
+    /// below the estimate, which is of order 3. It is smaller by about the share of the estimate in
+    /// the change of velocity: both fall with the step.
     fn sum(&self) -> f64 {
         let estimate = self.smooth_sums.max();
         let share = if self.swing > 0.0 { (estimate / self.swing).min(1.0) } else { 1.0 };

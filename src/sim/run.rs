@@ -13,8 +13,8 @@ use crate::math::Vector;
 use crate::reference::Reference;
 
 record! {
-    /// Everything that was recorded, a row a time. Every entry is finite. What was not to be
-    /// recorded is empty.
+    /// Everything that was recorded, one row per time. Every entry is finite. Signals that were not
+    /// recorded are empty.
     #[derive(Clone, Debug, PartialEq)]
     pub struct Run<const N: usize>;
 
@@ -68,7 +68,7 @@ impl<const N: usize> Run<N> {
         Self::TABLE.iter().map(|(_, channel)| channel)
     }
 
-    /// What a row takes at most, with these signals of others beside it [bytes].
+    /// What a row takes at most, with these signals of others beside it \[bytes\].
     pub(super) fn row_bytes(record: Record, own: &[Channel]) -> usize {
         let common = Self::TABLE.iter().map(|&(kind, ref channel)| (kind, channel));
         let all = common.chain(own.iter().map(|channel| (Record::All, channel)));
@@ -82,9 +82,9 @@ impl<const N: usize> Run<N> {
         record: Record,
         own: &[Channel],
     ) -> Result<Self, TryReserveError> {
-        // Asked for and given back at once: allocators that return a large block to the system when
-        // it is freed, to be zeroed page by page for the next run, keep blocks as large as one that
-        // was freed before.
+        // The block is asked for and freed at once. Some allocators return a large freed block to
+        // the system, which then zeroes it page by page for the next run. They keep blocks as large
+        // as one that was freed before.
         let whole = room::<u8>(rows.saturating_mul(Self::row_bytes(record, own)))?;
         drop(black_box(whole));
         Self::with_room(rows, record, own)

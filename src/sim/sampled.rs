@@ -19,9 +19,10 @@ use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
-/// The plant under a held torque: one step of length `h` [s] from time `t`, by RK4, or with
-/// friction and stops solved for where RK4 would be unstable. Where viscous friction brakes a joint
-/// by more than a tenth within the step, or Stribeck's falls fast, in up to 64 parts of it.
+/// The plant under a held torque: one step of length `h` \[s\] from time `t`, by RK4, or with
+/// friction and stops solved for where RK4 would be unstable. The step has up to 64 parts where
+/// viscous friction brakes a joint by more than a tenth within it, or where Stribeck friction falls
+/// fast.
 pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     plant: &Plant<N, A, D>,
     motion: &Motion<N>,
@@ -32,9 +33,9 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     Held::new(plant, tau).step(motion, t, h).motion
 }
 
-/// What a step that RK4 can follow may brake a joint by, h b/m, in one part.
+/// By how much friction may brake a joint within a step that RK4 follows in one part, h b/m.
 const MOST_FOLLOWED: f64 = 0.7;
-/// The largest rate of a fall, times the step, that one part of it may have, and the most parts.
+/// The largest rate at which friction may fall, times the length of a part; and the most parts.
 const MOST_FALL: f64 = 0.3;
 const MOST_PARTS: f64 = 64.0;
 
@@ -42,7 +43,7 @@ const MOST_PARTS: f64 = 64.0;
 struct Held<'a, const N: usize, A, D> {
     plant: &'a Plant<N, A, D>,
     applied: Vector<N>,
-    /// What opposes the motion of the joints, unless nothing does.
+    /// What opposes the motion of the joints; `None` if nothing does.
     laws: Option<[Resistance; N]>,
 }
 
@@ -52,7 +53,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Self { plant, applied: plant.applied(tau), laws }
     }
 
-    /// How a step of `h` [s] starts.
+    /// How a step of `h` \[s\] starts.
     #[inline(always)]
     fn start(&self, at: &Motion<N>, t: f64, h: f64) -> Started<'_, N> {
         match &self.laws {
@@ -82,7 +83,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` [s] from time `t`, in parts where friction changes the velocity too
+    /// One step of length `h` \[s\] from time `t`, in parts where friction changes the velocity too
     /// much for one.
     fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         let Some(laws) = &self.laws else {
@@ -106,7 +107,7 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         Moved { lost: moved.lost.or(lost), ..moved }
     }
 
-    /// A step of length `h` [s] from time `t` that starts like this.
+    /// A step of length `h` \[s\] from time `t` that starts like this.
     #[inline(always)]
     fn part(&self, start: Started<'_, N>, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         match start {
@@ -131,8 +132,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         .0
     }
 
-    /// The motion at `end` [s], by steps under error control, first one of `h` [s]; `None` if none
-    /// met the tolerance.
+    /// The motion at `end` \[s\], by steps under error control, the first of `h` \[s\]; `None` if
+    /// none met the tolerance.
     fn glide(
         &self,
         start: &Motion<N>,
@@ -182,12 +183,11 @@ enum Started<'a, const N: usize> {
     Stiff(&'a [Resistance; N], Vector<N>),
 }
 
-/// The parts that a step of `h` [s], `stiff` or not, is to be taken in, and what even these cannot
-/// follow.
+/// The number of parts for a step of `h` \[s\], `stiff` or not, and what even these cannot follow.
 ///
-/// A torque that is held all the step leaves 1 − R of a velocity where 1 − e^(−x) is right, x = h
-/// b/m. A loop that cancels viscous friction adds up the difference: so many parts that it stays
-/// below 0.4 %. Nearly all joints need one.
+/// Under a torque that is held for the whole step, 1 − R stands where 1 − e^(−x) is right, x = h
+/// b/m. A loop that cancels viscous friction adds up the difference. The number of parts keeps it
+/// below 0.4 %; nearly all joints need one.
 fn parts<const N: usize>(
     posed: &Posed<N>,
     laws: &[Resistance; N],

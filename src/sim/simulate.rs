@@ -17,9 +17,9 @@ use crate::reference::Reference;
 
 /// Simulates the closed loop and records it.
 ///
-/// `state` is the controller's and ends as the run left it. `monitor` is told the time [s] before
-/// every step and may break the run off. A run that cannot go on ends early: its [`Status`] says
-/// when and why, and what was recorded so far is returned.
+/// `state` is the controller's and ends as the run left it. `monitor` is told the time \[s\] before
+/// every step and may break the run off. A run that cannot go on ends early. Its
+/// [`Status`](super::Status) says when and why; what was recorded so far is returned.
 ///
 /// # Errors
 /// The name of an option that makes no sense; see [`Options`]. `effort_rate_limit`: set, but the

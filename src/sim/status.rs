@@ -12,14 +12,14 @@ pub enum Status {
     Finished,
     /// It reached its duration, in steps too long to be believed.
     Unresolved(Doubt),
-    /// It was stopped from outside at this time [s].
+    /// It was stopped from outside at this time \[s\].
     Interrupted {
-        /// Time of the last step [s].
+        /// Time of the last step \[s\].
         t: f64,
     },
     /// It could not go on.
     Diverged {
-        /// Time at which that was noticed [s].
+        /// Time at which that was noticed \[s\].
         t: f64,
         /// What happened.
         cause: Cause,

@@ -1,11 +1,12 @@
 //! RK4 with friction and stops solved for, where RK4 alone would be unstable: five stages at c = 0,
 //! ½, ½, 1, 1.
 //!
-//! `M(q) v̇ = r − λ`, λᵢ ∈ gᵢ(vᵢ): r and q go by RK4's own tableau, λ by one that is implicit. With
-//! K = M⁻¹r:
+//! `M(q) v̇ = r − λ`, λᵢ ∈ gᵢ(vᵢ): r and q follow RK4's own tableau, λ an implicit one. With K =
+//! M⁻¹r:
 //!
 //! ```text
-//! Qᵢ = q + h Σ aᵢⱼ Vⱼ     Wᵢ = v + h Σ (aᵢⱼ Kⱼ + āᵢⱼ Fⱼ)     M(Qᵢ)(Vᵢ − Wᵢ) + h āᵢᵢ λᵢ = 0     Fᵢ = (Vᵢ − Wᵢ)/(h āᵢᵢ)
+//! Qᵢ = q + h Σ aᵢⱼ Vⱼ     Wᵢ = v + h Σ (aᵢⱼ Kⱼ + āᵢⱼ Fⱼ)
+//! M(Qᵢ)(Vᵢ − Wᵢ) + h āᵢᵢ λᵢ = 0     Fᵢ = (Vᵢ − Wᵢ)/(h āᵢᵢ)
 //!
 //! a: 1 |                              ā: 1 | 0
 //!    2 | 1/2                             2 | 0  1/2
@@ -14,16 +15,16 @@
 //!    5 | 1/6  1/3  1/3  1/6              5 | 0  1/2  1/2  −1    1
 //! ```
 //!
-//! The position at the end takes the last row of ā too, h (½V₂ + ½V₃ − V₄ + V₅): then m v + b
-//! q = ∫τ dt holds for viscous friction, as a loop needs that cancels it. Both ends of the step are
-//! stages, so that a joint that sticks does not move by one bit. Without friction V = W, and joints
-//! that have none take RK4's position: the step is RK4's.
+//! The position at the end also takes the last row of ā, h (½V₂ + ½V₃ − V₄ + V₅). Then m v + b q =
+//! ∫τ dt holds for viscous friction, and a loop that cancels friction needs that. Both ends of the
+//! step are stages, so a joint that sticks does not move by one bit. Without friction V = W. Joints
+//! without friction take RK4's position: for them the step is RK4's.
 //!
-//! Order 4, and 2 in the friction and what it couples to; where a step is stiff, errors fall about
-//! as the step. For the friction alone 0 < R(x) < 1 for all x < 0, R → 3/x², and all stages lie
-//! between 0 and 1: what it leaves of a velocity never changes sign. A loop that holds a torque
-//! which cancels friction lives on 1 − R: a slow decay to 0 would count. Nothing is remembered from
-//! one step to the next.
+//! The order is 4, and 2 in the friction and in what it couples to. Where a step is stiff, errors
+//! fall about in proportion to the step. For the friction alone 0 < R(x) < 1 for all x < 0, R →
+//! 3/x², and all stages lie between 0 and 1: friction never reverses a velocity. Where a held
+//! torque cancels friction, the motion depends on 1 − R. A slow decay of R to 0 would show there.
+//! Nothing is remembered from one step to the next.
 
 use super::doubt::Coarse;
 use super::integrators::{Motion, RK4};
@@ -38,12 +39,13 @@ const IMPLICIT: [[f64; 4]; 4] =
 /// The last row: the weights of F₂ … F₅ in the change of the velocity.
 pub(super) const FRICTION_WEIGHTS: [f64; 4] = IMPLICIT[3];
 
-/// RK4 stays as long as h times the largest rate at which friction brakes is below this; beyond
+/// RK4 alone is used while h times the largest rate at which friction brakes is below this. Beyond
 /// 2.78 it is unstable.
 pub(super) const MOST_BRAKING: f64 = 2.0;
-/// And as long as h² times the largest squared frequency of a joint in its stop is below this.
+/// It is used while h² times the largest squared frequency of a joint in its stop is below this,
+/// too.
 const MOST_SPRING: f64 = 1.0;
-/// Beyond so many times its smoothing friction hardly depends on the velocity.
+/// Beyond this many times its smoothing, friction hardly depends on the velocity.
 const STEADY: f64 = 5.0;
 
 /// Where a step led.
@@ -51,7 +53,7 @@ const STEADY: f64 = 5.0;
 pub struct Moved<const N: usize> {
     /// The motion at its end.
     pub motion: Motion<N>,
-    /// An estimate of the error of the position [rad], from a method of lower order.
+    /// An estimate of the error of the position \[rad\], from a method of lower order.
     pub error: Vector<N>,
     /// Whether friction and stops were solved for.
     pub stiff: bool,
@@ -60,7 +62,7 @@ pub struct Moved<const N: usize> {
 }
 
 impl<const N: usize> Moved<N> {
-    /// One step of RK4 of length `h` [s] from `start`, where q̈ = `ddq`.
+    /// One step of RK4 of length `h` \[s\] from `start`, where q̈ = `ddq`.
     #[inline(always)]
     pub fn by_rk4(
         h: f64,
@@ -78,7 +80,7 @@ impl<const N: usize> Moved<N> {
     }
 }
 
-/// Whether a step of `h` [s] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for
+/// Whether a step of `h` \[s\] from this pose is beyond RK4 alone: `h Σ (M⁻¹)ᵢᵢ max gᵢ' > 2` for
 /// friction, or `h² kᵢ (M⁻¹)ᵢᵢ > 1` for a stop. The trace bounds the largest eigenvalue of M⁻¹D.
 pub(super) fn beyond_rk4<const N: usize>(
     Posed { mass, factor, .. }: &Posed<N>,
@@ -95,8 +97,9 @@ pub(super) fn beyond_rk4<const N: usize>(
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
 }
 
-/// What opposes the motion of the plant's joints, less what the controller's law knows of it. That
-/// is left out where it is not covered: the rest would drive the joint.
+/// What opposes the motion of the plant's joints, less the friction that the controller's law
+/// cancels. Where that is not part of the plant's friction, nothing is taken off: the rest would
+/// drive the joint.
 pub(super) fn cancelled<const N: usize>(plant: &impl Arm<N>, law: &impl Law<N>) -> [Resistance; N] {
     let mut resistances = Resistance::of(plant);
     for (joint, resistance) in resistances.iter_mut().enumerate() {
@@ -128,13 +131,14 @@ pub(super) fn falling<const N: usize>(
     Some((rates.max(), rates.imax()))
 }
 
-/// Whether a bounce of joint `i` in its stop is shorter than a step of `h` [s].
+/// Whether a bounce of joint `i` in its stop is shorter than a step of `h` \[s\].
 fn is_hard<const N: usize>(inverse: &Vector<N>, law: &Resistance, i: usize, h: f64) -> bool {
     h * h * law.stop.stiffness * inverse[i] > MOST_SPRING
 }
 
-/// The step of length `h` [s] from `start`, where K₁ = `free`, and F₅. `rate` gives Kᵢ at a stage:
-/// it is told the stage, the motion there, the arm at it, and Fᵢ.
+/// The step of length `h` \[s\] from `start`, where K₁ = `free`, and F₅.
+///
+/// `rate` gives Kᵢ at a stage: it is told the stage, the motion there, the arm at it, and Fᵢ.
 pub(super) fn step<const N: usize, A: Arm<N>>(
     arm: &A,
     laws: &[Resistance; N],
@@ -165,8 +169,8 @@ pub(super) fn step<const N: usize, A: Arm<N>>(
     };
     stage(1);
     stage(2);
-    // The end has the M of the fourth stage, at the same time and h² away: an error of order 3, in
-    // what friction does alone.
+    // The end uses M of the fourth stage, which is at the same time and h² away. That is an error
+    // of order 3, in the friction alone.
     let Posed { mass, factor, .. } = stage(3);
     let forward = start.plus(h, &RK4.weights, &rates);
     let last = Braked { laws, h, start, rates: &rates, braking: &braking };
@@ -230,8 +234,8 @@ impl<const N: usize> Braked<'_, N> {
         (v, (v - free) / h, found)
     }
 
-    /// A first guess of V: where friction is as in the stage before, or none, what that leads to;
-    /// else the velocity of that stage.
+    /// A first guess of V. Where there is no friction, or about that of the stage before, it is
+    /// what that friction leads to; elsewhere it is the velocity of that stage.
     fn guess(&self, free: &Vector<N>, h: f64) -> Vector<N> {
         let before = self.rates[self.rates.len() - 1].q;
         Vector::from_fn(|i, _| {

@@ -1,7 +1,7 @@
 //! The controller of tests/no_std, with std: the same torques, to the bit. `tests/no_std/link.sh`
 //! compares the lines printed.
 
-#[path = "../no_std/src/scene.rs"]
+#[path = "../common/no_std_scene.rs"]
 mod scene;
 
 /// Of all torques; regenerate with `cargo test --test std_tests no_std_twin -- --nocapture`.

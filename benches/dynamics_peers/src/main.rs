@@ -64,7 +64,8 @@ fn ours(path: &str) -> Result<Serial<JOINTS>, Box<dyn Error>> {
 
 /// Positions, velocities and accelerations between −1 and 1, scattered.
 fn sample(k: usize) -> [Vector; 3] {
-    [0.0, 1.0, 2.0].map(|seed| Vector::from_fn(|n, _| (12.9 * k as f64 + 7.7 * n as f64 + seed).sin()))
+    let entry = |n: usize, seed: f64| (12.9 * k as f64 + 7.7 * n as f64 + seed).sin();
+    [0.0, 1.0, 2.0].map(|seed| Vector::from_fn(|n, _| entry(n, seed)))
 }
 
 fn report(

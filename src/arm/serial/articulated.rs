@@ -5,7 +5,8 @@
 //! `D = zᵀU + armature` and u the torque that is left:
 //!
 //! ```text
-//! inward:   Iᵃ = I − U Uᵀ / D,  pᵃ = p + U u / D, handed to the link before      outward:  q̈ = (u − Uᵀ a) / D
+//! inward:   Iᵃ = I − U Uᵀ / D,  pᵃ = p + U u / D, handed to the link before
+//! outward:  q̈ = (u − Uᵀ a) / D
 //! ```
 //!
 //! D is what Gauss leaves of M's diagonal, from the tip to the base. Velocities and gravity are in

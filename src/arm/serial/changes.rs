@@ -23,7 +23,7 @@ impl<const N: usize> Serial<N> {
         arm
     }
 
-    /// The same arm with this friction in its joints, in place of what they had.
+    /// The same arm with this friction in place of its own.
     ///
     /// # Errors
     /// As [`JointFriction::validate`].
@@ -35,12 +35,12 @@ impl<const N: usize> Serial<N> {
         self.rebuilt(parameters)
     }
 
-    /// The same arm with rotors of this inertia, seen through their gears [kg·m² or kg], in place
-    /// of what they had.
+    /// The same arm with rotors of this inertia in place of its own, seen through the gears
+    /// [kg·m² or kg].
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `armature`; `inertia` if without rotors a joint moves
-    /// nothing.
+    /// `NotFinite` or `OutOfRange`, naming `armature`; `inertia` if a joint moves no mass and has
+    /// no rotor.
     pub fn with_armature(&self, armature: &[f64; N]) -> Result<Self> {
         let mut parameters = self.parameters;
         for (link, armature) in parameters.links.iter_mut().zip(armature) {
@@ -62,7 +62,7 @@ impl<const N: usize> Serial<N> {
     ///
     /// # Errors
     /// `WrongLength` or `NotFinite`, naming `parameters`; as [`Serial::new_with`] for links that no
-    /// body is.
+    /// rigid body can be.
     pub fn with_parameters(&self, parameters: &[f64]) -> Result<Self> {
         length("parameters", parameters.len(), PER_LINK * N)?;
         finite("parameters", parameters)?;
@@ -92,8 +92,8 @@ impl<const N: usize> Serial<N> {
     /// The same arm with a body fixed to its tip, given in the tip's frame.
     ///
     /// # Errors
-    /// `NotFinite` or `OutOfRange`, naming `payload.…`: it must be a body, whatever the arm's links
-    /// are; as [`Serial::new_with`] if numbers overflow together.
+    /// `NotFinite` or `OutOfRange`, naming `payload.…`: it must be a rigid body, whatever the arm's
+    /// links are; as [`Serial::new_with`] if numbers overflow together.
     pub fn with_payload(&self, payload: &Inertia) -> Result<Self> {
         Unphysical::Refuse.take(payload, PAYLOAD, None)?;
         let mut parameters = self.parameters;
@@ -104,7 +104,7 @@ impl<const N: usize> Serial<N> {
         self.rebuilt(parameters)
     }
 
-    /// An arm of other parameters with the same say on links that no body is.
+    /// An arm of other parameters with the same policy for links that no rigid body can be.
     pub(super) fn rebuilt(&self, parameters: SerialParameters<N>) -> Result<Self> {
         Self::new_with(parameters, self.unphysical)
     }

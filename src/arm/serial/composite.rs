@@ -1,8 +1,8 @@
 //! The mass matrix from composite bodies: column j is the wrench that accelerates everything beyond
-//! joint j, walked inward.
+//! joint j, carried inward.
 //!
-//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. The wrenches of all joints beyond
-//! walk side by side, one a lane, while the next body is put together.
+//! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.2. The wrenches of all outer joints are
+//! carried inward side by side, one per lane, while the next body is put together.
 
 use pulp::{Arch, Simd, WithSimd};
 

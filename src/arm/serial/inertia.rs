@@ -29,7 +29,7 @@ impl Pose {
         Self { rotation: Self::IDENTITY.rotation, translation }
     }
 
-    /// Refuses what is not finite, and a rotation that is none.
+    /// Refuses what is not finite, and a matrix that is not a rotation.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `rotation` or `translation`.
@@ -53,7 +53,7 @@ impl Pose {
         Self { rotation, translation: -(rotation * self.translation) }
     }
 
-    /// R x + p [m].
+    /// R x + p \[m\].
     pub fn point(&self, x: &Vector3) -> Vector3 {
         self.rotation * x + self.translation
     }
@@ -73,12 +73,12 @@ impl Inertia {
         moments: Matrix::<3>::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     };
 
-    /// A mass [kg] in one point [m].
+    /// A mass \[kg\] in one point \[m\].
     pub const fn point_mass(mass: f64, com: Vector3) -> Self {
         Self { mass, com, moments: Self::NONE.moments }
     }
 
-    /// Refuses a mass distribution that matter cannot have.
+    /// Refuses a mass distribution that no rigid body can have.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange`, naming `mass`, `com` or `moments`.
@@ -122,8 +122,8 @@ impl Inertia {
         [self.mass, h[0], h[1], h[2], i[(0, 0)], xy, i[(1, 1)], xz, yz, i[(2, 2)]]
     }
 
-    /// The way back from [`parameters`](Self::parameters). First moments without mass leave no
-    /// centre of mass: it is not finite.
+    /// The way back from [`parameters`](Self::parameters). First moments without mass have no
+    /// centre of mass: it is then not finite.
     pub fn from_parameters(parameters: &[f64; PER_LINK]) -> Self {
         let [mass, hx, hy, hz, xx, xy, yy, xz, yz, zz] = *parameters;
         let h = Vector3::new(hx, hy, hz);

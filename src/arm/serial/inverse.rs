@@ -2,8 +2,9 @@
 //! velocities.
 //!
 //! ```text
-//! outward:  ω' = Rᵀω + q̇ z     ω̇' = Rᵀω̇ + Rᵀω × q̇ z + q̈ z     a' = Rᵀ(a + S p)      S = [ω̇]ₓ + [ω]ₓ[ω]ₓ
+//! outward:  ω' = Rᵀω + q̇ z     ω̇' = Rᵀω̇ + Rᵀω × q̇ z + q̈ z     a' = Rᵀ(a + S p)
 //! inward:   f = m a + S h + R'f'     n = ∫ r × (a + S r) dm + R'n' + p' × R'f'     τ = zᵀn
+//! with      S = [ω̇]ₓ + [ω]ₓ[ω]ₓ
 //! ```
 //!
 //! The moment is `h × a` plus the antisymmetric part of S Σ. A joint that slides adds
@@ -101,7 +102,8 @@ impl Wrench {
 }
 
 impl Joint {
-    /// What moves the link's mass. A turning link has kept no m, h_z, Σ_zz, a sliding one no Σ.
+    /// What moves the link's mass. The m, h_z and Σ_zz of a turning link, and the Σ of a sliding
+    /// one, belong to the link before.
     #[inline(always)]
     fn wrench(&self, s: &Spread, a: V3) -> Wrench {
         let (h, k) = (self.mass.h, &self.mass.sigma);
@@ -217,7 +219,7 @@ impl<const N: usize> Chain<N> {
         tau
     }
 
-    /// U(q) [J].
+    /// U(q) \[J\].
     pub fn potential_energy(&self, turns: &[Turn; N]) -> f64 {
         let (mut energy, mut g, mut weight) = (self.ground_energy, self.gravity, 0.0);
         for (joint, turn) in self.joints.iter().zip(turns) {

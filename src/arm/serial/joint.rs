@@ -1,11 +1,11 @@
-//! A chain prepared for the recursions: every joint's axis is the z of its own frame, two frames
-//! differ by `R_x(α) R_z(θ)` and a shift p, and what a link's mass does not do to its own joint is
-//! counted with the link before.
+//! A chain prepared for the recursions. Every joint's axis is the z of its own frame, and two
+//! frames differ by `R_x(α) R_z(θ)` and a shift p. The part of a link's mass that its own joint
+//! does not feel is counted with the link before.
 //!
 //! The mass distribution is `m = ∫dm`, `h = ∫r dm`, `Σ = ∫r rᵀ dm` about the frame's origin. A line
-//! of mass on the axis of a revolute joint (m, h_z, Σ_zz) neither loads that joint nor sees it
-//! turn, so that it may ride on the link before; nor does the Σ of a sliding link. Source: Khalil
-//! and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
+//! of mass on the axis of a revolute joint (m, h_z, Σ_zz) does not load that joint and does not
+//! move with it, so it may belong to the link before. The same is true of the Σ of a sliding link.
+//! Source: Khalil and Dombre, Modeling, Identification and Control of Robots, 9.4.2.
 
 use super::space::{Sym3, Turn, V3};
 use super::unphysical::second_moments;
@@ -87,7 +87,7 @@ pub(super) struct Chain<const N: usize> {
     pub tip: Pose,
     /// Gravity in the prepared base's axes [m/s²].
     pub gravity: V3,
-    /// Potential energy of what rides on the ground [J].
+    /// Potential energy of the mass that came to belong to the ground \[J\].
     pub ground_energy: f64,
 }
 
@@ -160,7 +160,7 @@ pub(super) fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
     Mass { m: inertia.mass, h: (com * inertia.mass).into(), sigma: Sym3::of(&sigma) }
 }
 
-/// Gives every link's mass that its own joint does not feel to the link before; returns what
+/// Gives the mass of every link that its own joint does not feel to the link before. Returns what
 /// reaches the ground.
 fn hand_down(joints: &mut [Joint]) -> Mass {
     let mut reached = Mass::ZERO;

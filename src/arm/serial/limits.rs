@@ -12,7 +12,7 @@ pub struct JointLimits {
     pub upper: f64,
     /// Largest speed [rad/s or m/s].
     pub velocity: f64,
-    /// Largest torque [N·m] or force [N].
+    /// Largest torque [N·m] or force \[N\].
     pub effort: f64,
 }
 

@@ -8,17 +8,17 @@ use crate::arm::JointFriction;
 /// How a joint moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Turns about its axis: positions a turn apart are two.
+    /// Turns about its axis: positions a turn apart are different.
     Revolute,
-    /// Turns about its axis without an end, as URDF's `continuous`: positions a turn apart are one,
-    /// and a tracking error is taken around the circle.
+    /// Turns about its axis without an end, as URDF's `continuous`. Positions a turn apart are the
+    /// same, and a tracking error is taken around the circle.
     Continuous,
-    /// Slides along its axis; position [m], velocity [m/s], force [N].
+    /// Slides along its axis; position \[m\], velocity [m/s], force \[N\].
     Prismatic,
 }
 
 impl JointKind {
-    /// It in a word, as files have it.
+    /// Its name in files.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Revolute => "revolute",
@@ -34,9 +34,9 @@ impl JointKind {
     }
 }
 
-/// A joint and the link that it moves. The link's frame is the joint's: at q = 0 it is `placement`
-/// in the frame of the link before, and the joint moves it about or along `axis`, which is given in
-/// it.
+/// A joint and the link that it moves. The link's frame is the joint's. At q = 0 it is `placement`
+/// in the frame of the link before. The joint moves it about or along `axis`, which is given in the
+/// link's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Link {
     /// How the joint moves.
@@ -49,7 +49,7 @@ pub struct Link {
     pub inertia: Inertia,
     /// Friction of the joint.
     pub friction: JointFriction,
-    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or [kg] for a
+    /// Inertia of the rotor, seen through the gear: gear² · rotor inertia [kg·m²], or \[kg\] for a
     /// prismatic joint, ≥ 0.
     pub armature: f64,
     /// Limits, infinite for none.

@@ -2,8 +2,8 @@
 //! `M(q) q̈ + C(q, q̇) q̇ + G(q) + f(q̇) + s(q, q̇) = τ`.
 //!
 //! M carries the armature on its diagonal. Construction turns every frame so that its joint's axis
-//! is z and the next frame differs by two plane rotations; the recursions then cost one sine and
-//! cosine a joint and few products.
+//! is z and the next frame differs by two plane rotations. The recursions then cost one sine and
+//! cosine per joint and few products.
 
 mod articulated;
 mod body;
@@ -42,14 +42,14 @@ use validate::validate_pose;
 
 const TIP: PoseNames = PoseNames { rotation: "tip.rotation", translation: "tip.translation" };
 
-/// Positions at which M must be positive definite for an arm to be accepted: q = 0 and these many
-/// more.
+/// M must be positive definite at q = 0 and at this many more positions for an arm to be accepted.
 const PROBES: usize = 4;
-/// Less than this share of what lies beyond a joint (m r², or m for one that slides) is rounding.
+/// An inertia below this share of what lies beyond a joint (m r², or m for one that slides) is
+/// rounding.
 const NEGLIGIBLE: f64 = 1e-13;
 
-/// Up to here M is factored instead of following the articulated bodies, whose cost grows with N
-/// and not with N³. It is faster at 7 joints; where it no longer is has not been measured.
+/// Up to this many joints M is factored. Beyond, articulated bodies are used, whose cost grows with
+/// N and not with N³. Factoring is faster at 7 joints; where that ends has not been measured.
 const SHORT: usize = 10;
 
 /// What a serial arm is made of.
@@ -79,8 +79,8 @@ pub struct Serial<const N: usize> {
 impl<const N: usize> Serial<N> {
     /// Checks and prepares the parameters.
     ///
-    /// M must be positive definite at q = 0 and at some positions spread over a turn [rad] or a
-    /// metre; it is then almost everywhere.
+    /// M must be positive definite at q = 0 and at some positions spread over a turn \[rad\] or a
+    /// metre. It is then so almost everywhere.
     ///
     /// # Errors
     /// As [`Link::validate`], with the joint as index; `NotFinite` or `OutOfRange` naming `tip.…`
@@ -90,16 +90,16 @@ impl<const N: usize> Serial<N> {
         Self::new_with(parameters, Unphysical::Refuse)
     }
 
-    /// As [`new`](Self::new), with a say in what is done about a link that no body is. The arm
-    /// keeps it: payloads, perturbations and all other arms that come of this one are built with
-    /// the same `unphysical`.
+    /// As [`new`](Self::new), with a choice of what is done about a link that no rigid body can be.
+    /// The arm keeps the choice: payloads, perturbations and all other arms made from this one are
+    /// built with the same `unphysical`.
     ///
     /// What [`Unphysical::Nearest`] changed stands in [`links`](Self::links); with
-    /// [`Unphysical::Note`] [`Inertia::validate`] tells which links no body is. M, positive
-    /// definite where it was tried, need not be so everywhere if there are such.
+    /// [`Unphysical::Note`], [`Inertia::validate`] tells which links no rigid body can be. If there
+    /// are such links, M was positive definite where it was tried, but need not be so everywhere.
     ///
     /// # Errors
-    /// As [`new`](Self::new), but for what is to be taken.
+    /// As [`new`](Self::new), except for links that are taken.
     pub fn new_with(mut parameters: SerialParameters<N>, unphysical: Unphysical) -> Result<Self> {
         not_empty("links", N)?;
         for (joint, link) in parameters.links.iter_mut().enumerate() {
@@ -152,7 +152,7 @@ impl<const N: usize> Serial<N> {
         &self.parameters
     }
 
-    /// What was done about links that no body is.
+    /// What was done about links that no rigid body can be.
     pub fn unphysical(&self) -> Unphysical {
         self.unphysical
     }
@@ -172,7 +172,7 @@ impl<const N: usize> Serial<N> {
         self.parameters.links.map(|link| link.limits)
     }
 
-    /// Largest torques [N·m] or forces [N], infinite for none.
+    /// Largest torques [N·m] or forces \[N\], infinite for none.
     pub fn effort_limit(&self) -> [f64; N] {
         self.limits().map(|limits| limits.effort)
     }
@@ -235,7 +235,7 @@ impl<const N: usize> Serial<N> {
         tau
     }
 
-    /// Potential energy U(q) [J]; G = ∂U/∂q.
+    /// Potential energy U(q) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<N>) -> f64 {
         self.chain.potential_energy(&self.chain.turns(q))
     }

@@ -1,4 +1,4 @@
-//! A seeded neighbour of an arm: what is really there, one call away from what is believed.
+//! A seeded neighbour of an arm: a true arm beside the nominal one.
 
 use super::inertia::symmetric;
 use super::unphysical::{moments_of, second_moments};
@@ -12,7 +12,7 @@ use crate::math::Matrix;
 pub struct Perturbation {
     /// Share of every mass, 0 ≤ · < 1; the moments follow it.
     pub mass: f64,
-    /// Shift of every centre of mass along each axis [m], ≥ 0.
+    /// Shift of every centre of mass along each axis \[m\], ≥ 0.
     pub com: f64,
     /// Share of a link's extent in mass along each axis (½ of that in length), 0 ≤ · < 1: changes
     /// moments, not masses.
@@ -55,9 +55,9 @@ impl Random {
 }
 
 impl<const N: usize> Serial<N> {
-    /// An arm whose masses, centres, moments and friction are off at random, the same for the same
-    /// seed on any machine, and physically valid where it is: moments come from `Σ' = D Σ D` with a
-    /// positive diagonal D.
+    /// An arm whose masses, centres, moments and friction are off at random. The same seed gives
+    /// the same arm on any machine. A physically valid arm stays valid: moments come from
+    /// `Σ' = D Σ D` with a positive diagonal D.
     ///
     /// # Errors
     /// As [`Perturbation::validate`], or as [`Serial::new`] if the numbers overflow.
@@ -93,7 +93,7 @@ fn perturbed(inertia: &Inertia, by: &Perturbation, random: &mut Random) -> Inert
     if stretched.validate().is_ok() {
         return stretched;
     }
-    // Moments that only just pass as rounded figures may not after being stretched; the same change
-    // on all axes passes.
+    // Moments that are valid only within rounding may not be so after stretching. The same change
+    // on all axes keeps them valid.
     Inertia { mass, com, moments: inertia.moments * (heavier * wider[0] * wider[0]) }
 }

@@ -16,13 +16,13 @@ use crate::math::Vector;
 
 /// Motion of a link in the axes that its user gave it.
 #[derive(Clone, Copy)]
-struct Motion {
+struct LinkMotion {
     w: V3,
     dw: V3,
     a: V3,
 }
 
-impl Motion {
+impl LinkMotion {
     /// The ten torques that unit parameters ask of a joint whose axis moves the link with (w, v).
     fn torques(&self, w: V3, v: V3) -> [f64; PER_LINK] {
         let Self { w: spin, dw, a } = *self;
@@ -101,8 +101,8 @@ impl<const N: usize> Serial<N> {
         turns: &[super::space::Turn; N],
         dq: &Vector<N>,
         ddq: &Vector<N>,
-    ) -> [Motion; N] {
-        let mut motions = [Motion { w: V3::ZERO, dw: V3::ZERO, a: V3::ZERO }; N];
+    ) -> [LinkMotion; N] {
+        let mut motions = [LinkMotion { w: V3::ZERO, dw: V3::ZERO, a: V3::ZERO }; N];
         let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, self.upward());
         for i in 0..N {
             let (joint, turn) = (&self.chain.joints[i], &turns[i]);
@@ -117,7 +117,8 @@ impl<const N: usize> Serial<N> {
                 a += w.cross_z() * (dq[i] + dq[i]) + faster;
             }
             let user = &joint.user;
-            motions[i] = Motion { w: w.rotated(user), dw: dw.rotated(user), a: a.rotated(user) };
+            motions[i] =
+                LinkMotion { w: w.rotated(user), dw: dw.rotated(user), a: a.rotated(user) };
         }
         motions
     }

@@ -5,8 +5,8 @@ use super::place::Of;
 use crate::error::Result;
 
 /// The stops of a joint, at the ends of its [`JointLimits`]. A joint that is δ beyond an end is
-/// pushed back with `max(0, k δ (1 + c δ̇))`: continuous, never pulling, and never giving back more
-/// than it took. The default is none.
+/// pushed back with `max(0, k δ (1 + c δ̇))`. That is continuous, never pulls, and never gives back
+/// more energy than it took. The default is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointStop {
     /// k [N·m/rad], or [N/m] for a prismatic joint, ≥ 0; zero for no stop.

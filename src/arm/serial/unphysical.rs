@@ -1,4 +1,4 @@
-//! Mass distributions that no body has: which they are, and what is done about them.
+//! Mass distributions that no rigid body can have: which they are, and what is done about them.
 //!
 //! A body has `Σ = ∫ r rᵀ dm ⪰ 0` about its centre of mass; with `Σ = ½ tr(I) 1 − I` that is the
 //! triangle inequality of the principal moments, and with it none of them is negative. Source:
@@ -15,7 +15,7 @@ use crate::math::{Matrix, sqrt};
 /// rounded.
 const MOMENTS: f64 = 1e-6;
 /// They may also miss it by what moving the mass by a micrometre changes [m²]: files have −1e-20
-/// for none.
+/// where they mean zero.
 const SPECK: f64 = 1e-12;
 /// Entries of the moments across the diagonal may differ by this share of the largest.
 const SYMMETRY: f64 = 1e-9;
@@ -24,8 +24,8 @@ pub(crate) const SYMMETRIC: &str = "a symmetric matrix";
 /// Sweeps of Jacobi's method; three entries off the diagonal are rounding after four or five.
 const SWEEPS: usize = 10;
 
-/// What is done with a mass distribution that no body has. In every case M must be positive
-/// definite where it is tried.
+/// What is done about a mass distribution that no rigid body can have. In every case M must be
+/// positive definite at the positions that are tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Unphysical {
     /// It is refused.
@@ -37,10 +37,10 @@ pub enum Unphysical {
     Nearest,
 }
 
-/// What keeps a mass distribution from being a body's.
+/// Why no rigid body can have a mass distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Flaw {
-    /// This mass is negative [kg].
+    /// This mass is negative \[kg\].
     Mass(f64),
     /// These principal moments, in ascending order, break the triangle inequality [kg·m²].
     Moments([f64; 3]),
@@ -85,7 +85,8 @@ impl Unphysical {
         }
     }
 
-    /// What is taken for `inertia`, whose form is refused if it is none: not finite, not symmetric.
+    /// What is taken for `inertia`. Numbers that are not finite and moments that are not symmetric
+    /// are refused.
     pub(super) fn take(
         self,
         inertia: &Inertia,
@@ -103,14 +104,15 @@ impl Unphysical {
 }
 
 impl Inertia {
-    /// The nearest mass distribution that a body has, the same one if this is such: mass, centre of
-    /// mass and principal axes are kept, and of Σ about the centre of mass the part that is
-    /// negative is left out, which is the nearest `Σ ⪰ 0` in Frobenius' norm. That choice does not
-    /// depend on the frame, keeps the weight, which is known best, and only ever adds to I, so that
-    /// no mass matrix loses by it. Moments without mass are kept: they are the limit of bodies.
+    /// The nearest mass distribution that a rigid body can have; a valid one stays as it is. Mass,
+    /// centre of mass and principal axes are kept. The negative part of Σ about the centre of mass
+    /// is left out, which gives the nearest `Σ ⪰ 0` in the Frobenius norm. This choice does not
+    /// depend on the frame, and it keeps the weight, which is known best. It only ever adds to I,
+    /// so no mass matrix becomes smaller. Moments without mass are kept: they are a limit of
+    /// bodies.
     ///
     /// # Errors
-    /// As [`validate`](Self::validate), but for moments that no body has.
+    /// As [`validate`](Self::validate), except for moments that no rigid body can have.
     pub fn nearest(&self) -> Result<Self> {
         Unphysical::Nearest.take(self, InertiaNames::ALONE, None)
     }
@@ -132,7 +134,7 @@ impl Inertia {
         check_form(self, InertiaNames::ALONE, None)
     }
 
-    /// What keeps it from being a body's, beyond rounding; its numbers are finite, its moments
+    /// Why no rigid body can have it, beyond rounding. Its numbers are finite and its moments
     /// symmetric.
     pub(crate) fn flaw(&self) -> Result<Option<Flaw>> {
         let principal = self.principal_moments()?;
@@ -147,7 +149,7 @@ impl Inertia {
         Ok(flaws.into_iter().find_map(|(found, flaw)| found.then_some(flaw)))
     }
 
-    /// With what is negative of Σ left out.
+    /// Without the negative part of Σ.
     fn projected(&self) -> Self {
         let (values, axes) = symmetric_eigen(&second_moments(&self.moments));
         let kept = Matrix::<3>::from_diagonal(&values.map(|value| value.max(0.0)).into());

@@ -17,7 +17,7 @@ const PLACEMENT: PoseNames =
     PoseNames { rotation: "placement.rotation", translation: "placement.translation" };
 
 impl Link {
-    /// Refuses a link that cannot be; errors carry `joint` as their index.
+    /// Refuses an impossible link. Errors carry `joint` as their index.
     ///
     /// Axes and rotations may be off by 1e-6, principal moments by 1e-6 of the largest, or by
     /// the mass times a square micrometre: published figures are rounded.
@@ -29,8 +29,8 @@ impl Link {
         self.taken(joint, Unphysical::Refuse).map(drop)
     }
 
-    /// The link as it is taken: a mass distribution that no body has is what `unphysical` makes of
-    /// it, all else is refused as by [`validate`](Self::validate).
+    /// The link as it is taken. `unphysical` says what is done about a mass distribution that no
+    /// rigid body can have; all else is refused as by [`validate`](Self::validate).
     pub(crate) fn taken(&self, joint: usize, unphysical: Unphysical) -> Result<Self> {
         let of = |parameter| Of { parameter, joint: Some(joint) };
         validate_pose(&self.placement, PLACEMENT, Some(joint))?;
@@ -52,7 +52,7 @@ impl Link {
     }
 }
 
-/// Refuses what is not finite or no rotation.
+/// Refuses what is not finite, or not a rotation.
 pub(super) fn validate_pose(pose: &Pose, names: PoseNames, joint: Option<usize>) -> Result<()> {
     let rotation = Of { parameter: names.rotation, joint };
     let r = &pose.rotation;

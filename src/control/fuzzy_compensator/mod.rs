@@ -14,7 +14,7 @@ use super::memory::{Buffer, Memory};
 use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
 use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
-use crate::fuzzy::kernels::norm_squared;
+use crate::fuzzy::lanes::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
 use crate::riccati::JointSolution;
 

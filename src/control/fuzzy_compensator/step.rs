@@ -8,7 +8,7 @@ use super::{FuzzyCompensator, FuzzyState, Places};
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::fuzzy::Activate;
-use crate::fuzzy::kernels::flush;
+use crate::fuzzy::lanes::flush;
 use crate::math::{Runs, Shared, Vector};
 
 /// Up to so many joints a stage is compiled as a whole.

@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 
 use super::MAX_STAGES;
 use crate::fuzzy::FuzzyBasis;
-use crate::fuzzy::kernels::{accumulate, contract};
+use crate::fuzzy::lanes::{accumulate, contract};
 
 /// ξᵢ·ξⱼ of each joint's rules.
 pub(super) struct Dots<'a> {

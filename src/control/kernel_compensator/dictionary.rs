@@ -8,10 +8,11 @@
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::Buffer;
 use crate::fuzzy::Nearest;
-use crate::fuzzy::kernels::{Dot, flush};
+use crate::fuzzy::lanes::{Dot, flush};
 use crate::math::{Runs, Vector, sqrt};
 
-/// Nothing fires at all where k(x, x) is smaller: such a term is an error, not an atom.
+/// Where k(x, x) is smaller, no rule fires: such a term is added to the error bound and makes no
+/// atom.
 pub(super) const SMALLEST_SIZE: f64 = 1e-200;
 
 /// A scale below this goes into the coefficients.
@@ -125,7 +126,7 @@ impl<const N: usize> KernelCompensator<N> {
         }
     }
 
-    /// Makes a term an atom in a place that is free.
+    /// Makes a term an atom, in a free slot.
     fn insert<B: Buffer>(&self, state: &mut KernelState<N, B>, atom: usize, term: &Term<'_, N>) {
         let Places {
             row,

@@ -13,11 +13,10 @@
 //! - when the dictionary is full, the least useful atom, with the smallest `|c_k|² k(x_k, x_k)`,
 //!   makes room.
 //!
-//! Both are counted, and their sizes added up to a bound of |W_exact − W|, which fades as the
-//! weights do. The weights of a basis that is written out,
-//! [`FuzzyCompensator`](super::FuzzyCompensator)'s, are the same to rounding while nothing is
-//! merged and nothing goes. Every modification of [`Adaptation`](super::Adaptation) is exact in
-//! this form.
+//! Both are counted. Their sizes add up to a bound of |W_exact − W|, which fades as the weights do.
+//! While nothing is merged and no atom goes, the weights are those of
+//! [`FuzzyCompensator`](super::FuzzyCompensator), whose basis is written out, to rounding. Every
+//! modification of [`Adaptation`](super::Adaptation) is exact in this form.
 
 mod dictionary;
 #[cfg(feature = "std")]
@@ -47,7 +46,7 @@ pub struct KernelParameters {
     /// Atoms at the most, 1 … 4096. Memory grows with its square.
     pub capacity: usize,
     /// A term is merged into its nearest atom where that loses less than this part of its norm. 0
-    /// merges nothing, and neither does anything below the rounding of a kernel, near 1e-7.
+    /// merges nothing, and neither does a value below the rounding of a kernel, near 1e-7.
     pub merge_tolerance: f64,
 }
 

@@ -4,7 +4,7 @@
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage, Width};
 use crate::error::Result;
-use crate::fuzzy::kernels::Dot;
+use crate::fuzzy::lanes::Dot;
 use crate::fuzzy::{Compare, Kernel, Memberships};
 use crate::math::{Runs, Shared, Vector};
 

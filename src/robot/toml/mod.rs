@@ -19,7 +19,7 @@ impl Description {
         write::text(self)
     }
 
-    /// A description from TOML. Unknown entries are refused. Absent are: a rotation that is none, a
+    /// A description from TOML. Unknown entries are refused. Absent are: a rotation by nothing, a
     /// limit that is infinite, friction and stops that are none, gravity that is the usual one.
     ///
     /// # Errors

@@ -12,16 +12,21 @@ const HEADER: &str = "\
 # A serial arm, joint by joint from the base outwards.
 #
 # Units: m, rad, kg, kg m^2, N m, m/s^2; for a prismatic joint m instead of rad, N instead of N m.
-# translation, rotation   the joint's frame in the frame of the link before (the base for the first), at q = 0;
-#                         rotation row by row, absent for none. [tip]: the tip in the frame of the last link.
+# translation, rotation   the joint's frame in the frame of the link before (the base for the \
+    first), at q = 0;
+#                         rotation row by row, absent for none. [tip]: the tip in the frame of \
+    the last link.
 # kind                    revolute, continuous (a turn leads back to where it began) or prismatic
-# unphysical              what is done about links that no body is: refuse (if absent), note or nearest
+# unphysical              what is done about links that no body is: refuse (if absent), note or \
+    nearest
 # axis                    of the joint, in its own frame, of length 1
 # mass, com, moments      of the link, in the joint's frame; moments about the centre of mass
 # armature                inertia of the rotor, seen through the gear
-# friction                coulomb = [in positive motion, in negative motion]; smoothing, stribeck_speed in rad/s or m/s
+# friction                coulomb = [in positive motion, in negative motion]; smoothing, \
+    stribeck_speed in rad/s or m/s
 # limits                  absent for none
-# stop                    at the ends of the range, absent for none: stiffness in N m/rad, dissipation in s/rad
+# stop                    at the ends of the range, absent for none: stiffness in N m/rad, \
+    dissipation in s/rad
 ";
 
 /// The whole file. Writing into a string cannot fail.

@@ -2,7 +2,7 @@
 //! base and tip.
 
 use super::elements::Source;
-use super::joint::{Drive, JointPart, Motion};
+use super::joint::{Drive, JointPart, JointType};
 use super::layout::{Layout, Part};
 use super::options::UrdfOptions;
 use super::path::Path;
@@ -102,9 +102,9 @@ fn link(
     armature: f64,
 ) -> Link {
     Link {
-        kind: match joint.motion {
-            Motion::Prismatic => JointKind::Prismatic,
-            Motion::Continuous => JointKind::Continuous,
+        kind: match joint.joint_type {
+            JointType::Prismatic => JointKind::Prismatic,
+            JointType::Continuous => JointKind::Continuous,
             _ => JointKind::Revolute,
         },
         placement,

@@ -10,7 +10,7 @@ use crate::robot::error::quoted;
 
 /// How a joint of a URDF moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Motion {
+pub(super) enum JointType {
     Fixed,
     Revolute,
     Continuous,
@@ -23,7 +23,7 @@ pub(super) enum Motion {
 pub(super) struct JointPart<'n, 'i> {
     pub name: &'n str,
     pub at: usize,
-    pub motion: Motion,
+    pub joint_type: JointType,
     pub parent: &'n str,
     pub child: &'n str,
     /// Where it says that it follows another joint.
@@ -55,7 +55,7 @@ impl<'n, 'i> JointPart<'n, 'i> {
         Ok(Self {
             name,
             at: node.range().start,
-            motion: motion(source, node, &owner)?,
+            joint_type: joint_type(source, node, &owner)?,
             parent: end(source, node, "parent", &owner)?,
             child: end(source, node, "child", &owner)?,
             mimic: source.child(node, "mimic", &owner)?.map(|mimic| mimic.range().start),
@@ -85,8 +85,8 @@ impl<'n, 'i> JointPart<'n, 'i> {
             ),
         };
         Ok(Drive {
-            axis: axis(source, node, &owner, self.motion)?,
-            limits: limits(source, node, &owner, self.motion, &mut notes)?,
+            axis: axis(source, node, &owner, self.joint_type)?,
+            limits: limits(source, node, &owner, self.joint_type, &mut notes)?,
             damping,
             friction,
             notes,
@@ -94,18 +94,18 @@ impl<'n, 'i> JointPart<'n, 'i> {
     }
 
     pub fn moves(&self) -> bool {
-        self.motion != Motion::Fixed
+        self.joint_type != JointType::Fixed
     }
 }
 
-fn motion(source: &Source, node: Node, owner: &str) -> Result<Motion, ReadError> {
+fn joint_type(source: &Source, node: Node, owner: &str) -> Result<JointType, ReadError> {
     Ok(match source.text(node, "type", owner)? {
-        "fixed" => Motion::Fixed,
-        "revolute" => Motion::Revolute,
-        "continuous" => Motion::Continuous,
-        "prismatic" => Motion::Prismatic,
-        "floating" => Motion::Floating,
-        "planar" => Motion::Planar,
+        "fixed" => JointType::Fixed,
+        "revolute" => JointType::Revolute,
+        "continuous" => JointType::Continuous,
+        "prismatic" => JointType::Prismatic,
+        "floating" => JointType::Floating,
+        "planar" => JointType::Planar,
         other => {
             let message = format!(
                 "{owner}, type: got {}, wants revolute, continuous, prismatic, fixed, floating or \
@@ -138,9 +138,9 @@ fn axis(
     source: &Source,
     node: Node,
     owner: &str,
-    motion: Motion,
+    joint_type: JointType,
 ) -> Result<Vector3<f64>, ReadError> {
-    if matches!(motion, Motion::Fixed | Motion::Floating) {
+    if matches!(joint_type, JointType::Fixed | JointType::Floating) {
         return Ok(Vector3::x());
     }
     let Some(element) = source.child(node, "axis", owner)? else { return Ok(Vector3::x()) };
@@ -170,20 +170,20 @@ fn limits(
     source: &Source,
     node: Node,
     owner: &str,
-    motion: Motion,
+    joint_type: JointType,
     notes: &mut Vec<String>,
 ) -> Result<JointLimits, ReadError> {
-    if !matches!(motion, Motion::Revolute | Motion::Continuous | Motion::Prismatic) {
+    if !matches!(joint_type, JointType::Revolute | JointType::Continuous | JointType::Prismatic) {
         return Ok(NO_LIMITS);
     }
     let Some(limit) = source.child(node, "limit", owner)? else {
-        if motion != Motion::Continuous {
+        if joint_type != JointType::Continuous {
             notes.push(format!("{owner}: states no <limit>, taken as unlimited"));
         }
         return Ok(NO_LIMITS);
     };
-    let (lower, upper) = match motion {
-        Motion::Continuous => (f64::NEG_INFINITY, f64::INFINITY),
+    let (lower, upper) = match joint_type {
+        JointType::Continuous => (f64::NEG_INFINITY, f64::INFINITY),
         _ => range(source, limit, owner, notes)?,
     };
     let mut most = |name: &str| match source.number(limit, name, owner, true)? {

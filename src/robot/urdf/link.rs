@@ -53,7 +53,7 @@ impl<'n, 'i> LinkPart<'n, 'i> {
         solid::uniform(source, self.node, &format!("link {}", quoted(self.name)), mass)
     }
 
-    /// The complaint about a mass distribution that no body has, if it is one.
+    /// The complaint about a mass distribution that no rigid body can have, if it is one.
     pub fn problem(&self, source: &Source, inertial: &Inertial, more: &str) -> Option<ReadError> {
         let Inertial { inertia, mass_at, moments_at } = inertial;
         let problem = checks::body_problem(inertia)?;

@@ -18,16 +18,16 @@ pub struct UrdfOptions {
     pub tip: Option<String>,
     /// Gravity in the axes of the file's root [m/s²].
     pub gravity: [f64; 3],
-    /// Masses by link [kg]. Where the file states an `<inertial>`, its centre of mass stays and its
-    /// moments are scaled with the mass, as if the body had another density. Where it states none,
-    /// the body is uniform in the shape of `<collision>`, or else of `<visual>`, if that consists
-    /// of boxes, cylinders and balls.
+    /// Masses by link \[kg\]. Where the file states an `<inertial>`, its centre of mass stays. Its
+    /// moments are scaled with the mass, as if the body had another density. Where the file states
+    /// none, the body is uniform in the shape of `<collision>`, or else of `<visual>`, if that
+    /// consists of boxes, cylinders and balls.
     pub masses: BTreeMap<String, f64>,
-    /// Mass distributions by link, in the link's frame, instead of what the file states or does
-    /// not.
+    /// Mass distributions by link, in the link's frame, in place of what the file states, if it
+    /// states any.
     pub inertials: BTreeMap<String, Inertia>,
-    /// What is done about a link that no body is: all that moves with a joint, together. What is no
-    /// body by itself but part of one is noted in any case.
+    /// What is done about a link that no rigid body can be, where a link is all that moves with a
+    /// joint, together. A part that no body can be by itself is noted in any case.
     pub unphysical: Unphysical,
 }
 

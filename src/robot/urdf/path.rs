@@ -4,7 +4,7 @@
 //! it likes. Without one it is found from the whole tree, which then must be right.
 
 use super::elements::Source;
-use super::joint::Motion;
+use super::joint::JointType;
 use super::tree::Tree;
 use crate::robot::ReadError;
 use crate::robot::error::quoted;
@@ -124,9 +124,9 @@ fn only_end(tree: &Tree, base: usize) -> Result<usize, ReadError> {
 fn refuse_dependent(source: &Source, tree: &Tree, joint: usize) -> Result<(), ReadError> {
     let joint = &tree.joints[joint];
     let name = quoted(joint.name);
-    let what = match (joint.motion, joint.mimic) {
-        (Motion::Floating, _) => "a floating joint",
-        (Motion::Planar, _) => "a planar joint",
+    let what = match (joint.joint_type, joint.mimic) {
+        (JointType::Floating, _) => "a floating joint",
+        (JointType::Planar, _) => "a planar joint",
         (_, None) => return Ok(()),
         (_, Some(at)) => {
             let message = format!(

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 
 use super::elements::Source;
-use super::joint::Motion;
+use super::joint::JointType;
 use super::layout::{Layout, left_out};
 use super::path::Path;
 use super::tree::Tree;
@@ -119,7 +119,7 @@ fn gripper(tree: &Tree, joint: usize, description: &Description) -> Option<Strin
         .iter()
         .any(|name| GRIPPER.iter().any(|word| name.to_lowercase().contains(word)));
     let limits = last.link.limits;
-    let short = tree.joints[joint].motion == Motion::Prismatic
+    let short = tree.joints[joint].joint_type == JointType::Prismatic
         && limits.upper - limits.lower <= STROKE
         && description.joints.len() > 1;
     (named || short).then(|| {

@@ -1,6 +1,7 @@
 //! A controller in static memory behind a C function, without std and without an allocator.
 #![no_std]
 
+#[path = "../../common/no_std_scene.rs"]
 mod scene;
 
 use core::cell::UnsafeCell;

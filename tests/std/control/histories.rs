@@ -321,7 +321,8 @@ proptest! {
         let axis = Axis { centers: &CENTERS, widths: &[WIDTH] };
         let basis = KernelBasis::new(normalized, &[axis; 4]).unwrap();
         let parameters = FuzzyParameters { adaptation, ..FuzzyParameters::default() };
-        let (gains, kernel) = (paper::gains().unwrap(), KernelParameters { capacity, merge_tolerance });
+        let gains = paper::gains().unwrap();
+        let kernel = KernelParameters { capacity, merge_tolerance };
         let compensator = KernelCompensator::new(basis, &gains, parameters, kernel).unwrap();
         assert_kept(compensator, limits, &history, &other);
     }

@@ -26,8 +26,9 @@ fn taking(text: &str, unphysical: Unphysical) -> Result<Description, ReadError> 
 /// VALID with a link of this inertia fixed to its hand.
 fn with_part(mass: &str, moments: &str) -> String {
     let part = format!(
-        "<link name=\"part\"><inertial><mass value=\"{mass}\"/><inertia {moments}/></inertial></link>\
-         <joint name=\"glue\" type=\"fixed\"><parent link=\"hand\"/><child link=\"part\"/></joint></robot>"
+        "<link name=\"part\"><inertial><mass value=\"{mass}\"/><inertia {moments}/></inertial>\
+         </link><joint name=\"glue\" type=\"fixed\"><parent link=\"hand\"/><child link=\"part\"/>\
+         </joint></robot>"
     );
     VALID.replace("</robot>", &part)
 }

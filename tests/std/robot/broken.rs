@@ -72,8 +72,13 @@ fn mass_must_be_a_number_and_positive() {
 
 #[test]
 fn mass_of_zero_is_refused_on_a_link_that_moves() {
-    let zero = "<mass value=\"0\"/>\n      <inertia ixx=\"0\" ixy=\"0\" ixz=\"0\" iyy=\"0\" iyz=\"0\" izz=\"0\"/>";
-    let old = "<mass value=\"1\"/>\n      <inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/>";
+    let body = |mass: &str, moment: &str| {
+        format!(
+            "<mass value=\"{mass}\"/>\n      <inertia ixx=\"{moment}\" ixy=\"0\" ixz=\"0\" \
+             iyy=\"{moment}\" iyz=\"0\" izz=\"{moment}\"/>"
+        )
+    };
+    let (old, zero) = (&body("1", "0.01"), &body("0", "0"));
     refused_at(old, zero, "<link name=\"hand\">", &["link \"hand\"", "got 0", "> 0", "moves"]);
 }
 
@@ -196,7 +201,8 @@ fn loops_are_refused() {
     let text = text.replacen("<link name=\"ground\"/>\n", "", 1);
     assert_says(&read(&text).unwrap_err(), Some(line_of(&text, "<link name=\"foot\">")), &["loop"]);
     // Beside a tree, a link that hangs on itself.
-    let selfish = "<link name=\"a\"/><joint name=\"s\" type=\"fixed\"><parent link=\"a\"/><child link=\"a\"/></joint></robot>";
+    let selfish = "<link name=\"a\"/><joint name=\"s\" type=\"fixed\"><parent link=\"a\"/>\
+                   <child link=\"a\"/></joint></robot>";
     refused("</robot>", selfish, &["joint \"s\"", "loop"]);
 }
 
@@ -230,7 +236,8 @@ fn base_and_tip_must_be_links() {
 
 #[test]
 fn several_ends_are_listed() {
-    let gripper = "<link name=\"camera\"/><joint name=\"c\" type=\"fixed\"><parent link=\"sled\"/><child link=\"camera\"/></joint></robot>";
+    let gripper = "<link name=\"camera\"/><joint name=\"c\" type=\"fixed\"><parent link=\"sled\"/>\
+                   <child link=\"camera\"/></joint></robot>";
     let text = VALID.replace("</robot>", gripper);
     let words = ["tip", "2 ends", "\"camera\" (2 joints)", "\"tool\" (3 joints)"];
     assert_says(&read(&text).unwrap_err(), None, &words);

@@ -82,7 +82,8 @@ fn joints_beside_the_chain_are_held_at_zero_and_it_is_said() {
 
 #[test]
 fn joint_held_at_zero_without_mass_is_said() {
-    let finger = r#"<link name="finger"/><joint name="f" type="prismatic"><parent link="hand"/><child link="finger"/></joint>"#;
+    let finger = "<link name=\"finger\"/><joint name=\"f\" type=\"prismatic\">\
+                  <parent link=\"hand\"/><child link=\"finger\"/></joint>";
     let arm = Description::from_urdf(&with(finger), None, Some("tool"), GRAVITY).unwrap();
     let note = arm.notes.iter().find(|note| note.contains("massless")).unwrap();
     assert!(note.contains("\"finger\""), "{note}");
@@ -105,7 +106,8 @@ fn chain_may_begin_and_end_anywhere() {
 #[test]
 fn ends_fixed_to_the_base_do_not_compete_for_the_tip() {
     let text = with(
-        "<link name=\"mount\"/><joint name=\"m\" type=\"fixed\"><parent link=\"ground\"/><child link=\"mount\"/></joint>",
+        "<link name=\"mount\"/><joint name=\"m\" type=\"fixed\"><parent link=\"ground\"/>\
+         <child link=\"mount\"/></joint>",
     );
     assert_eq!(read(&text).unwrap().joints, read(VALID).unwrap().joints);
 }

@@ -109,8 +109,8 @@ fn many_faults_beside_the_chain_take_no_longer_than_the_file_is_long() {
     let link = |i: usize| format!("<link name=\"l{i}\"><inertial/>{filler}</link>");
     let joint = |i: usize| {
         format!(
-            "<joint name=\"j{i}\" type=\"fixed\"><parent link=\"tool\"/><child link=\"l{i}\"/></joint>\n\
-             <joint name=\"j{i}\"/>\n<link name=\"tool\"/>"
+            "<joint name=\"j{i}\" type=\"fixed\"><parent link=\"tool\"/><child link=\"l{i}\"/>\
+             </joint>\n<joint name=\"j{i}\"/>\n<link name=\"tool\"/>"
         )
     };
     let parts: String = (0..18_000).map(|i| link(i) + &joint(i)).collect();
@@ -141,11 +141,13 @@ fn comments_prefixes_and_declarations_are_passed_in_one_go() {
 #[test]
 fn long_chains_are_read() {
     let n = 12_000;
-    let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
+    let inertial = "<inertial><mass value=\"1\"/><inertia ixx=\"1\" iyy=\"1\" izz=\"1\" \
+                    ixy=\"0\" ixz=\"0\" iyz=\"0\"/></inertial>";
     let link = |i: usize| format!("<link name=\"l{i}\">{inertial}</link>");
     let joint = |i: usize| {
         format!(
-            "<joint name=\"j{i}\" type=\"continuous\"><parent link=\"l{i}\"/><child link=\"l{}\"/></joint>",
+            "<joint name=\"j{i}\" type=\"continuous\"><parent link=\"l{i}\"/>\
+             <child link=\"l{}\"/></joint>",
             i + 1
         )
     };

@@ -118,7 +118,9 @@ fn file_can_be_read_and_names_itself_in_errors() {
 
 #[test]
 fn what_may_be_absent_is_as_said() {
-    let text = "format = 1\nname = \"one\"\n[[joint]]\nname = \"a\"\nlink = \"b\"\nkind = \"revolute\"\naxis = [0, 0, 1]\nmass = 2\ncom = [0, 0, 0]\nmoments = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
+    let text = "format = 1\nname = \"one\"\n[[joint]]\nname = \"a\"\nlink = \"b\"\n\
+                kind = \"revolute\"\naxis = [0, 0, 1]\nmass = 2\ncom = [0, 0, 0]\n\
+                moments = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
     let arm = Description::from_toml(text).unwrap();
     let link = arm.joints[0].link;
     assert_eq!(arm.gravity, steadyarm::robot::GRAVITY);

@@ -1,4 +1,4 @@
-//! The two dense kernels of the doubling: product and inverse, column-major, the same bits at every
+//! The dense matrices of the doubling: product and inverse, column-major, the same bits at every
 //! vector width.
 //!
 //! Sizes are known when compiling (no allocation) or when running: one text for both.
@@ -19,7 +19,13 @@ pub(super) type Modes<S> = OMatrix<Complex, S, nalgebra::U1>;
 
 /// What has room for S states and M inputs: one bound instead of six.
 pub(super) trait Room<S: Dim, M: Dim>:
-    Allocator<S, S> + Allocator<S, M> + Allocator<M, S> + Allocator<M, M> + Allocator<S> + Allocator<M>
+    Allocator<S>
+    + Allocator<M>
+    // Square, then wide and tall.
+    + Allocator<S, S>
+    + Allocator<M, M>
+    + Allocator<S, M>
+    + Allocator<M, S>
 {
 }
 
