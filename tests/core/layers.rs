@@ -15,7 +15,7 @@ const FLOORS: [&[&str]; 6] = [
     &["riccati", "fuzzy", "reference", "arm"],
     &["control", "plant", "robot"],
     &["sim", "design"],
-    &["paper"],
+    &["paper", "scenario"],
     &["python"],
 ];
 
