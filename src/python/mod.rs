@@ -8,6 +8,7 @@ mod compensator;
 mod convert;
 mod design;
 mod dispatch;
+mod form;
 mod fuzzy;
 mod limits;
 mod monitor;
@@ -15,6 +16,7 @@ mod per_joint;
 mod planted;
 mod riccati;
 mod saving;
+mod scenario;
 mod serial;
 mod serial_arm;
 mod serial_changes;
@@ -48,8 +50,7 @@ const _: () = {
     assert!(fits_python::<basis::PyFuzzyBasis>() && fits_python::<riccati::PySolution>());
     assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
     assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
-    assert!(fits_python::<signals::PySines>() && fits_python::<signals::PyQuintic>());
-    assert!(fits_python::<signals::PyTable>() && fits_python::<simulate::PyPlant>());
+    assert!(fits_python::<signals::PyMotion>() && fits_python::<simulate::PyPlant>());
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
@@ -89,15 +90,19 @@ mod core_module {
     #[pymodule_export]
     use super::design::design;
     #[pymodule_export]
+    use super::form::PyForm;
+    #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
     #[pymodule_export]
     use super::limits::PyExcess;
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
+    use super::scenario::{paper_settings, read_scenario};
+    #[pymodule_export]
     use super::serial::PySerial;
     #[pymodule_export]
-    use super::signals::{PyQuintic, PySines, PyTable};
+    use super::signals::{PyMotion, PyQuintic, PySines, PyTable};
     #[pymodule_export]
     use super::simulate::{PyPlant, channels, metrics, simulate};
     #[pymodule_export]

@@ -11,30 +11,20 @@ use pyo3::prelude::*;
 use super::any_arm::{AnyArm, joints_of};
 use super::convert::{Any, Array1, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
 use super::dispatch::{for_joints, same_joints};
-use super::signals::{PyQuintic, PySines, PyTable};
+use super::signals::PyMotion;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
-use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
+use crate::reference::{Reference, Setpoint};
+use crate::scenario::Motion;
 
 /// (q_d, dq_d, ddq_d).
 pub(super) type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
 
-/// A built-in signal of `N` joints.
-#[derive(Clone)]
-pub(super) enum Motion<const N: usize> {
-    Sines(Sines<N, Vec<Harmonic<N>>>),
-    Quintic(Quintic<N>),
-    Table(Table<N, Vec<f64>>),
-}
-
 /// A built-in signal of any joint count: what `Sines`, `Quintic` and `Table` hold.
 pub(super) trait Signal: Send + Sync {
     fn at_time<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py>;
-
-    /// The samples of a table.
-    fn columns(&self) -> Option<[&[f64]; 4]>;
 
     /// The [`Motion`] itself.
     fn as_any(&self) -> &dyn Type;
@@ -47,34 +37,8 @@ impl<const N: usize> Signal for Motion<N> {
         (array(&q), array(&dq), array(&ddq))
     }
 
-    fn columns(&self) -> Option<[&[f64]; 4]> {
-        if let Self::Table(table) = self { Some(table.columns()) } else { None }
-    }
-
     fn as_any(&self) -> &dyn Type {
         self
-    }
-}
-
-impl<const N: usize> Motion<N> {
-    /// The signal without its derivatives.
-    #[inline(always)]
-    fn position(&self, t: f64) -> Vector<N> {
-        match self {
-            Self::Sines(sines) => sines.value(t),
-            motion => motion.at(t).q,
-        }
-    }
-}
-
-impl<const N: usize> Reference<N> for Motion<N> {
-    #[inline(always)]
-    fn at(&self, t: f64) -> Setpoint<N> {
-        match self {
-            Self::Sines(sines) => sines.at(t),
-            Self::Quintic(quintic) => quintic.at(t),
-            Self::Table(table) => table.at(t),
-        }
     }
 }
 
@@ -133,26 +97,15 @@ enum Source<const N: usize> {
 impl<const N: usize> Source<N> {
     /// `name` and `call` are for the message to a user who gave something else.
     fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
-        let (joints, motion) = if let Ok(sines) = value.cast::<PySines>() {
-            (sines.get().joints, Some(&sines.get().signal))
-        } else if let Ok(quintic) = value.cast::<PyQuintic>() {
-            (quintic.get().joints, Some(&quintic.get().signal))
-        } else if let Ok(table) = value.cast::<PyTable>() {
-            (Some(table.get().joints), Some(&table.get().signal))
-        } else {
-            (None, None)
-        };
-        let Some(signal) = motion else {
+        let Ok(motion) = value.cast::<PyMotion>() else {
             return Ok(Self::Callback(Callback::new(value, name, call)?));
         };
-        same_joints(name, joints.unwrap_or(N), N)?;
-        if let Some(motion) = signal.as_any().downcast_ref::<Motion<N>>() {
-            return Ok(Self::Motion(motion.clone()));
-        }
-        // Scalars, which count for the joints of any arm.
-        match value.cast::<PySines>() {
-            Ok(sines) => sines.get().motion().map(Self::Motion),
-            Err(_) => value.cast::<PyQuintic>()?.get().motion().map(Self::Motion),
+        let motion = motion.get();
+        same_joints(name, motion.joints.unwrap_or(N), N)?;
+        match motion.signal.as_any().downcast_ref::<Motion<N>>() {
+            Some(motion) => Ok(Self::Motion(motion.clone())),
+            // Scalars, which count for the joints of any arm.
+            None => motion.motion().map(Self::Motion),
         }
     }
 

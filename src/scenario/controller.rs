@@ -92,6 +92,7 @@ impl From<&TwoLinkParameters> for TwoLinkSettings {
 /// Gains and limits of a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct ControllerSettings {
     /// K_p [1/s²].
     pub kp: PerJoint,
@@ -110,6 +111,16 @@ fn none() -> PerJoint {
 }
 
 impl ControllerSettings {
+    /// These gains, without limits; one number for all joints where they are the same.
+    pub fn new<const N: usize>(gains: &Gains<N>) -> Self {
+        let of = |values: &[f64; N]| match values.first() {
+            Some(&first) if values.iter().all(|&value| value == first) => first.into(),
+            _ => (*values).into(),
+        };
+        let (kp, kv) = (of(&gains.kp), of(&gains.kv));
+        Self { kp, kv, effort_limit: none(), effort_rate_limit: none() }
+    }
+
     /// K_p and K_v of `N` joints.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{CompensatorSettings, ControllerSettings, Motion, MotionSettings, TwoLinkSettings};
 use crate::error::Error;
-use crate::robot::ReadError;
+use crate::robot::{ReadError, limited};
 
 /// What a file says; a section that is absent is `None`.
 ///
@@ -23,12 +23,15 @@ use crate::robot::ReadError;
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
+#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct Scenario {
     /// The two-link arm that the controller believes in.
     pub two_link: Option<TwoLinkSettings>,
-    /// Its gains and limits.
+    /// The one that is really there.
+    pub plant: Option<TwoLinkSettings>,
+    /// Gains and limits.
     pub controller: Option<ControllerSettings>,
-    /// Its compensator.
+    /// What is learnt beside the model.
     pub compensator: Option<CompensatorSettings>,
     /// Where the arm should be.
     pub reference: Option<MotionSettings>,
@@ -43,6 +46,7 @@ impl Scenario {
     /// With the path of the key: what is not TOML, of the wrong type or out of range. What depends
     /// on the number of joints shows when something is built.
     pub fn from_toml(text: &str) -> Result<Self, ReadError> {
+        limited(text)?;
         let syntax = |path: String, error: &toml::de::Error| {
             let place = if path.is_empty() || path == "." { "scenario" } else { &path };
             let message = format!("{place}: {}", error.message());
@@ -70,8 +74,8 @@ impl Scenario {
     /// # Errors
     /// With the path of what is out of range.
     pub fn checked(mut self) -> Result<Self, ReadError> {
-        if let Some(arm) = &self.two_link {
-            arm.build().map_err(below("two_link"))?;
+        for (arm, path) in [(&self.two_link, "two_link"), (&self.plant, "plant")] {
+            arm.as_ref().map(|arm| arm.build().map_err(below(path))).transpose()?;
         }
         if let Some(controller) = &self.controller {
             controller.check().map_err(below("controller"))?;

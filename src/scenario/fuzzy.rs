@@ -268,7 +268,7 @@ impl CompensatorSettings {
             length("q", entries, 2 * entries.div_ceil(2))?;
         }
         let joints = self.joints()?;
-        self.check_numbers(joints.unwrap_or(1))?;
+        self.check_numbers(joints)?;
         let kernel = self.kernel()?;
         if let Some(joints) = joints {
             self.gain = PerJoint::Each(self.gain.values(joints));
@@ -280,15 +280,14 @@ impl CompensatorSettings {
         Ok(self)
     }
 
-    fn check_numbers(&self, joints: usize) -> Result<()> {
-        let gains = self.gain.values(joints);
-        for (n, &gain) in gains.iter().enumerate() {
+    fn check_numbers(&self, joints: Option<usize>) -> Result<()> {
+        for (n, &gain) in self.gain.as_slice().iter().enumerate() {
             self.adaptation([gain]).validate().map_err(|error| {
-                let of_joint = error.parameter() == "gain" && gains.len() > 1;
+                let of_joint = error.parameter() == "gain" && joints != Some(1);
                 error.at(of_joint.then_some(n))
             })?;
         }
-        non_negative("q", &self.q.values(2 * joints))?;
+        non_negative("q", &self.q.values(2))?;
         if self.gamma == f64::INFINITY {
             return Ok(());
         }

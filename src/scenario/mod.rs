@@ -12,6 +12,7 @@ mod fuzzy;
 mod inputs;
 mod motion;
 mod numbers;
+mod paper;
 
 pub use controller::{ControllerSettings, TwoLinkSettings};
 pub use file::Scenario;

@@ -43,6 +43,7 @@ impl<const N: usize> Reference<N> for Motion<N> {
 /// A motion of any joint count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub enum MotionSettings {
     /// A sum of sines.
     Sines(SinesSettings),
@@ -157,6 +158,18 @@ impl SinesSettings {
                 Err(Error::out_of_range(name, values.as_slice().len() as f64, wanted))
             }
         }
+    }
+}
+
+impl<const N: usize, T: AsRef<[Harmonic<N>]>> From<&Sines<N, T>> for SinesSettings {
+    fn from(sines: &Sines<N, T>) -> Self {
+        let harmonics = sines.harmonics();
+        let rows = |of: fn(&Harmonic<N>) -> &[f64; N]| {
+            Some(Numbers::Rows(harmonics.iter().map(|harmonic| of(harmonic).to_vec()).collect()))
+        };
+        let frequency = PerJoint::Each(harmonics.iter().map(|it| it.frequency).collect());
+        let (sin, cos) = (rows(|it| &it.sin), rows(|it| &it.cos));
+        Self { frequency, sin, cos, offset: PerJoint::Each(sines.offset().as_slice().to_vec()) }
     }
 }
 

@@ -10,12 +10,13 @@ use std::path::{Path, PathBuf};
 
 use names::{names, tokens};
 
-const FLOORS: [&[&str]; 6] = [
+const FLOORS: [&[&str]; 7] = [
     &["error", "math", "eigen"],
     &["riccati", "fuzzy", "reference", "arm"],
     &["control", "plant", "robot"],
     &["sim", "design"],
-    &["paper", "scenario"],
+    &["paper"],
+    &["scenario"],
     &["python"],
 ];
 
