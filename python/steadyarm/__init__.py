@@ -5,7 +5,7 @@
 >>> run = scene.run()
 >>> print(run.metrics(window=(20, 40)))
 
-What you need is here: an arm (`TwoLink`, or `Serial` for any other), a controller
+What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
 (`ComputedTorque`) with or without a `FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference
 (`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
 (`bounded_real_riccati`, `care`). `plots` and `animation` are imported when they are first used.
@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from . import paper
 from ._core import (
+    Arm,
     ComputedTorque,
     Excess,
     FuzzyApproximator,
@@ -51,6 +52,7 @@ _DRAWING = ("animation", "plots")
 """Modules that take matplotlib, half a second to import."""
 
 __all__ = [
+    "Arm",
     "Certificate",
     "Channel",
     "ComputedTorque",

@@ -2,7 +2,7 @@
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any real
 type, order and stride; they are copied, and what comes back is always a new float64 array. Arms
-have n joints, 1 to 8; where a scalar stands for a vector it counts for all of them. What was given
+have n joints, 1 to 12; where a scalar stands for a vector it counts for all of them. What was given
 scalars only fits any arm, and is taken for one of two joints where there is no arm. Errors name
 the argument, what it got and what it wants: ``TypeError`` for a wrong type, ``ValueError`` for a
 wrong shape or value (NaN and infinity included).
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "MAX_RECORD_BYTES",
+    "Arm",
     "ComputedTorque",
     "Excess",
     "FuzzyApproximator",
@@ -106,8 +107,56 @@ class NoStabilizingSolution(ValueError):
     max_scale: float
     """At this γ, Q times anything smaller than this has a solution."""
 
+class Arm:
+    """An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
+
+    ``M(q) ddq + H(q, dq) + s(q, dq) = tau`` with ``H = C dq + G + f`` (6). ``q`` [rad], ``dq``
+    [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are fastest. For a
+    prismatic joint, read m for rad and N for N·m. ``out``: a float64 array (n,) that is written to
+    and returned.
+    """
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+    @property
+    def joint_kinds(self) -> tuple[_JointKind, ...]:
+        """How the joints move, from the base on.
+
+        A ``"continuous"`` joint turns without an end: positions a turn apart are one, and a
+        tracker whose nominal arm this is takes its error around the circle, -π <= e < π.
+        """
+    def mass_matrix(self, q: ArrayLike) -> _Array:
+        """M(q) [kg·m²], (n, n), symmetric positive definite."""
+    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric."""
+    def gravity(self, q: ArrayLike) -> _Array:
+        """G(q) [N·m], (n,)."""
+    def friction(self, dq: ArrayLike) -> _Array:
+        """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck."""
+    def stops(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """s(q, dq) [N·m], (n,): what drives the joints on into their stops, of `with_stops`."""
+    def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
+        """H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6)."""
+    def inverse_dynamics(
+        self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, out: _Array | None = None
+    ) -> _Array:
+        """tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,)."""
+    def forward_dynamics(
+        self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, out: _Array | None = None
+    ) -> _Array:
+        """ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,)."""
+    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
+        """dq' M(q) dq / 2 [J]."""
+    def potential_energy(self, q: ArrayLike) -> float:
+        """U(q) [J]; its gradient is G(q)."""
+    def pose(self, q: ArrayLike) -> _Array:
+        """Pose of the tip in the base, (4, 4)."""
+    def link_poses(self, q: ArrayLike) -> _Array:
+        """Poses of the joints' frames in the base, (n, 4, 4)."""
+
 @final
-class TwoLink:
+class TwoLink(Arm):
     """The paper's planar arm of two links, in closed form (section 4).
 
     ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). q₁ from the horizontal axis, q₂
@@ -142,12 +191,6 @@ class TwoLink:
         smoothing: ArrayLike | None = None,
     ) -> TwoLink: ...
     @property
-    def joints(self) -> int:
-        """Number of joints, 2."""
-    @property
-    def joint_kinds(self) -> tuple[_JointKind, _JointKind]:
-        """How the joints move: both are revolute."""
-    @property
     def parameters(
         self,
     ) -> tuple[list[float], list[float], list[float], float, list[float], list[float], list[float]]:
@@ -158,38 +201,13 @@ class TwoLink:
         """Return the same arm with this friction in place of its own; scalars or (2,)."""
     def with_gravity(self, gravity: float) -> TwoLink:
         """Return the same arm under another ``gravity`` [m/s²]; 0 for one that lies flat."""
-    def mass_matrix(self, q: ArrayLike) -> _Array:
-        """M(q) [kg·m²], (2, 2), symmetric positive definite. ``q`` (2,) [rad]."""
-    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """C(q, dq) [N·m·s], (2, 2), by Christoffel symbols: dM/dt - 2C is skew-symmetric."""
-    def gravity(self, q: ArrayLike) -> _Array:
-        """G(q) [N·m], (2,)."""
-    def friction(self, dq: ArrayLike) -> _Array:
-        """f(dq) = viscous dq + coulomb tanh(dq / smoothing) [N·m], (2,)."""
-    def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """H(q, dq) = C dq + G + f [N·m], (2,); eq. (6)."""
-    def inverse_dynamics(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> _Array:
-        """tau = M(q) ddq + H(q, dq) [N·m], (2,). ``dq`` [rad/s], ``ddq`` [rad/s²]."""
-    def forward_dynamics(self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike) -> _Array:
-        """ddq = M(q)⁻¹ (tau - H(q, dq)) [rad/s²], (2,). ``tau`` [N·m]."""
-    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
-        """dq' M(q) dq / 2 [J]."""
-    def potential_energy(self, q: ArrayLike) -> float:
-        """U(q) [J]; its gradient is G(q)."""
-    def pose(self, q: ArrayLike) -> _Array:
-        """Pose of the tip in the base, (4, 4)."""
-    def link_poses(self, q: ArrayLike) -> _Array:
-        """Poses of the joints' frames in the base, (2, 4, 4): x along the link."""
     def __reduce__(self) -> tuple[type[TwoLink], tuple[Any, ...]]: ...
 
 @final
-class Serial:
-    """A serial arm of 1 to 8 revolute and prismatic joints on a fixed base.
+class Serial(Arm):
+    """A serial arm of 1 to 12 revolute and prismatic joints on a fixed base.
 
-    ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). Made by `from_urdf`, `from_dh`,
-    `from_toml` or `shipped`. For a prismatic joint, read m for rad and N for N·m. ``q``, ``dq``,
-    ``ddq``, ``tau``: (n,), finite; float64 arrays are fastest. ``out``: a float64 array (n,) that
-    is written to and returned. Pickles by its TOML, bit for bit.
+    Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit.
 
     Raises
     ------
@@ -337,21 +355,11 @@ class Serial:
         ±``friction``, centres of mass by up to ±``com`` [m] along each axis.
         """
     @property
-    def joints(self) -> int:
-        """Number of joints n."""
-    @property
     def name(self) -> str:
         """What the robot is called."""
     @property
     def joint_names(self) -> list[str]:
         """Names of the joints, from the base on."""
-    @property
-    def joint_kinds(self) -> tuple[_JointKind, ...]:
-        """How the joints move, from the base on.
-
-        A ``"continuous"`` joint turns without an end: positions a turn apart are one, and a
-        tracker whose nominal arm this is takes its error around the circle, -π <= e < π.
-        """
     @property
     def link_names(self) -> list[str]:
         """Names of the links that they move."""
@@ -376,26 +384,6 @@ class Serial:
         velocity, and the torque that the motion takes, M(q_d) ddq_d + H(q_d, dq_d). Joint by joint
         the worst of each: ``for excess in arm.check(path, 2.0): print(excess)``.
         """
-    def mass_matrix(self, q: ArrayLike) -> _Array:
-        """M(q) [kg·m²], (n, n), symmetric positive definite."""
-    def coriolis(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric."""
-    def gravity(self, q: ArrayLike) -> _Array:
-        """G(q) [N·m], (n,)."""
-    def friction(self, dq: ArrayLike) -> _Array:
-        """f(dq) [N·m], (n,): viscous, Coulomb and Stribeck."""
-    def stops(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """s(q, dq) [N·m], (n,): what drives the joints on into their stops, of `with_stops`."""
-    def bias(self, q: ArrayLike, dq: ArrayLike) -> _Array:
-        """H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6)."""
-    def inverse_dynamics(
-        self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, out: _Array | None = None
-    ) -> _Array:
-        """tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,)."""
-    def forward_dynamics(
-        self, q: ArrayLike, dq: ArrayLike, tau: ArrayLike, out: _Array | None = None
-    ) -> _Array:
-        """ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,)."""
     def slotine_li(self, q: ArrayLike, dq: ArrayLike, dq_r: ArrayLike, ddq_r: ArrayLike) -> _Array:
         """M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops."""
     def regressor(self, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike) -> _Array:
@@ -405,14 +393,6 @@ class Serial:
         """
     def inertial_parameters(self) -> _Array:
         """π, (10n,): m, m c, and moments xx, xy, yy, xz, yz, zz about the origin, of each link."""
-    def kinetic_energy(self, q: ArrayLike, dq: ArrayLike) -> float:
-        """dq' M(q) dq / 2 [J]."""
-    def potential_energy(self, q: ArrayLike) -> float:
-        """U(q) [J]; its gradient is G(q)."""
-    def pose(self, q: ArrayLike) -> _Array:
-        """Pose of the tip in the base, (4, 4)."""
-    def link_poses(self, q: ArrayLike) -> _Array:
-        """Poses of the joints' frames in the base, (n, 4, 4)."""
     def jacobian(self, q: ArrayLike) -> _Array:
         """Jacobian of the tip in the axes of the base, (6, n).
 
@@ -666,7 +646,7 @@ class ComputedTorque:
 
     def __new__(
         cls,
-        arm: TwoLink | Serial,
+        arm: Arm,
         kp: ArrayLike,
         kv: ArrayLike,
         compensator: FuzzyCompensator | None = None,
@@ -709,7 +689,7 @@ class ComputedTorque:
     def steps(self) -> int:
         """Number of samples accepted."""
     @property
-    def arm(self) -> TwoLink | Serial:
+    def arm(self) -> Arm:
         """The nominal arm."""
     @property
     def kp(self) -> _Array:
@@ -784,12 +764,12 @@ class Plant:
 
     def __new__(
         cls,
-        arm: TwoLink | Serial,
+        arm: Arm,
         disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
         effort_limit: ArrayLike | None = None,
     ) -> Plant: ...
     @property
-    def arm(self) -> TwoLink | Serial:
+    def arm(self) -> Arm:
         """The true arm."""
     @property
     def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
@@ -977,7 +957,7 @@ def channels() -> list[tuple[str, str, bool, str]]:
 
 def desired_motion(
     reference: Sines | Quintic | Table | _ReferenceCallable,
-    arm: TwoLink | Serial,
+    arm: Arm,
     t: ArrayLike,
     q: ArrayLike,
     dq: ArrayLike,

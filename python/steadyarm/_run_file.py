@@ -47,13 +47,13 @@ KINDS = get_args(get_type_hints(Status)["kind"])
 META_BYTES = 1 << 20
 """The JSON is smaller [bytes]."""
 
-WEIGHTS_BYTES = (1 << 26) + (1 << 10)
-"""No weights are more: 2^20 rules for eight joints, and a header [bytes]."""
+WEIGHTS_BYTES = (3 << 25) + (1 << 10)
+"""No weights are more: 2^20 rules for twelve joints, and a header [bytes]."""
 
 SCENE_BYTES = 1 << 26
 """A scene of more is left out [bytes]: that of a table of 100 000 rows for seven joints is less."""
 
-START_BYTES = (1 << 27) + (1 << 20)
+START_BYTES = (3 << 26) + (1 << 20)
 """No state is larger: two matrices of weights, and a header [bytes]."""
 
 LIMITS = {

@@ -109,6 +109,12 @@ impl FuzzyBasis {
         self.layout.blocks
     }
 
+    /// The one that joint `n` uses.
+    #[inline]
+    pub(crate) fn block_of(&self, n: usize) -> usize {
+        if self.layout.blocks == 1 { 0 } else { n }
+    }
+
     /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1
     /// an input.
     pub(crate) fn xi_bound(&self) -> f64 {

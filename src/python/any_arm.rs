@@ -1,42 +1,55 @@
-//! Any arm behind one type, for tracker and plant.
+//! Any arm behind one type, for tracker, plant and the classes of arms.
 
-use pyo3::prelude::*;
-
-use super::arm::PyTwoLink;
-use super::convert::{Any, wrong_type};
-use super::dispatch::same_joints;
-use super::serial::PySerial;
-use crate::arm::{Arm, JointFriction, JointLimits, JointStop, Serial, TwoLink};
+use super::dispatch::by_joints;
+use crate::arm::{Arm, JointFriction, JointKind, JointLimits, JointStop, Pose, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
 
+by_joints! {
+    /// Any arm of any joint count.
+    Arms of AnyArm
+}
+
 /// Any arm of `N` joints.
+#[derive(Clone)]
 pub(super) enum AnyArm<const N: usize> {
-    /// Only where `N` is 2: [`AnyArm::new`] sees to it.
+    /// Only where `N` is 2.
     TwoLink(TwoLink),
     Serial(Box<Serial<N>>),
 }
 
-/// Joints of the arm that was given as the argument `arm`.
-pub(super) fn joints_of(arm: Any<'_, '_>) -> PyResult<usize> {
-    if arm.is_instance_of::<PyTwoLink>() {
-        return Ok(2);
-    }
-    match arm.cast::<PySerial>() {
-        Ok(serial) => Ok(serial.get().arm.joints()),
-        Err(_) => Err(wrong_type("arm", arm, "a TwoLink or a Serial")),
-    }
-}
-
 impl<const N: usize> AnyArm<N> {
-    /// The arm that was given as the argument `arm`.
-    pub fn new(arm: Any<'_, '_>) -> PyResult<Self> {
-        same_joints("arm", joints_of(arm)?, N)?;
-        if let Ok(arm) = arm.cast::<PyTwoLink>() {
-            return Ok(Self::TwoLink(arm.get().arm));
+    /// The chain, which can do more than every arm can.
+    pub fn chain(&self) -> Option<&Serial<N>> {
+        if let Self::Serial(arm) = self { Some(arm) } else { None }
+    }
+
+    /// How the joints move.
+    pub fn joint_kinds(&self) -> [JointKind; N] {
+        self.chain().map_or([JointKind::Revolute; N], Serial::joint_kinds)
+    }
+
+    /// U(q) [J].
+    pub fn potential_energy(&self, q: &Vector<N>) -> f64 {
+        match self {
+            Self::TwoLink(arm) => arm.potential_energy(&two(q)),
+            Self::Serial(arm) => arm.potential_energy(q),
         }
-        let serial = arm.cast::<PySerial>()?.get().arm.as_any().downcast_ref::<Serial<N>>();
-        let serial = serial.ok_or_else(|| wrong_type("arm", arm, "a TwoLink or a Serial"))?;
-        Ok(Self::Serial(Box::new(*serial)))
+    }
+
+    /// Pose of the tip in the base.
+    pub fn pose(&self, q: &Vector<N>) -> Pose {
+        match self {
+            Self::TwoLink(arm) => arm.pose(&two(q)),
+            Self::Serial(arm) => arm.pose(q),
+        }
+    }
+
+    /// Poses of the joints' frames in the base.
+    pub fn link_poses(&self, q: &Vector<N>) -> Vec<Pose> {
+        match self {
+            Self::TwoLink(arm) => arm.link_poses(&two(q)).to_vec(),
+            Self::Serial(arm) => arm.link_poses(q).to_vec(),
+        }
     }
 }
 

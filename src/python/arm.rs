@@ -1,214 +1,190 @@
-//! `TwoLink`.
+//! `Arm`: what every arm can do.
 
+use pyo3::PyClass;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
+use super::any_arm::{AnyArm, Arms};
 use super::convert::{
-    Any, Array1, Array2, Array3, array1, finite_vector, joints, matrices, owned2, renamed, scalar,
-    scalar_or, square,
+    Any, Array1, Array2, Array3, Given, array1, finite_vector, matrices, owned2, square, written,
+    wrong_type,
 };
-use super::serial_arm::homogeneous;
-use super::value_error;
-use crate::arm::{Arm, Friction, JointKind, TwoLink, TwoLinkParameters};
+use super::dispatch::{each, of_joints, other_joints};
+use crate::arm::{Arm, Pose};
 
-/// A planar arm of two links, in closed form (section 4 of the paper).
+/// An arm of n joints: the base class of `TwoLink` and `Serial`.
 ///
-/// mass [kg], length [m], inertia about the centres of mass [kg·m²]: scalar or (2,), > 0. gravity
-/// [m/s²]: 0 for an arm that lies flat. viscous [N·m·s/rad], coulomb [N·m], smoothing [rad/s]:
-/// friction of the joints.
-#[pyclass(name = "TwoLink", module = "steadyarm", frozen)]
-pub(super) struct PyTwoLink {
-    pub arm: TwoLink,
+/// q [rad], dq [rad/s], ddq [rad/s²], tau [N·m]: (n,), finite.
+#[pyclass(name = "Arm", module = "steadyarm", subclass, frozen)]
+pub(super) struct PyArm {
+    pub arms: Arms,
 }
 
-/// The constructor's arguments.
-type Arguments = (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>);
+/// A new object of a class made from `Arm`.
+pub(super) struct New<T: PyClass>(pub PyClassInitializer<T>);
 
-/// The argument that a parameter of the core comes from.
-fn argument(parameter: &'static str) -> &'static str {
-    parameter.strip_prefix("friction.").unwrap_or(parameter)
-}
+impl<'py, T: PyClass> IntoPyObject<'py> for New<T> {
+    type Target = T;
+    type Output = Bound<'py, T>;
+    type Error = PyErr;
 
-/// Friction, where stated.
-fn friction_of(
-    viscous: Option<Any<'_, '_>>,
-    coulomb: Option<Any<'_, '_>>,
-    smoothing: Option<Any<'_, '_>>,
-) -> PyResult<Friction<2>> {
-    let mut friction = Friction::default();
-    for (field, value, name) in [
-        (&mut friction.viscous, viscous, "viscous"),
-        (&mut friction.coulomb, coulomb, "coulomb"),
-        (&mut friction.smoothing, smoothing, "smoothing"),
-    ] {
-        if let Some(value) = value {
-            *field = joints(value, name)?;
-        }
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, T>> {
+        Bound::new(py, self.0)
     }
-    Ok(friction)
+}
+
+impl PyArm {
+    /// The argument `arm`.
+    pub fn of<'a>(arm: Any<'a, '_>) -> PyResult<&'a Self> {
+        let class = arm.cast::<Self>();
+        Ok(class.map_err(|_| wrong_type("arm", arm, "a TwoLink or a Serial"))?.get())
+    }
+
+    /// For what is made for `N` joints.
+    pub fn any<const N: usize>(&self) -> PyResult<&AnyArm<N>> {
+        let arm = each!(&self.arms, Arms, arm => of_joints(&**arm));
+        arm.ok_or_else(|| other_joints("arm", self.joints(), N))
+    }
 }
 
 #[pymethods]
-impl PyTwoLink {
-    #[new]
-    #[pyo3(
-        signature = (mass, length, inertia, gravity=None, viscous=None, coulomb=None,
-            smoothing=None)
-    )]
-    fn new(
-        mass: Any<'_, '_>,
-        length: Any<'_, '_>,
-        inertia: Any<'_, '_>,
-        gravity: Option<Any<'_, '_>>,
-        viscous: Option<Any<'_, '_>>,
-        coulomb: Option<Any<'_, '_>>,
-        smoothing: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
-        let friction = friction_of(viscous, coulomb, smoothing)?;
-        let parameters = TwoLinkParameters {
-            mass: joints(mass, "mass")?,
-            length: joints(length, "length")?,
-            inertia: joints(inertia, "inertia")?,
-            gravity: scalar_or(gravity, 0.0, "gravity")?,
-            friction,
-        };
-        let arm =
-            TwoLink::new(parameters).map_err(|error| value_error(renamed(error, argument)))?;
-        Ok(Self { arm })
-    }
-
-    /// The same arm with this friction in its joints, in place of what they had.
-    #[pyo3(
-        signature = (viscous=None, coulomb=None, smoothing=None),
-        text_signature = "(self, viscous=0.0, coulomb=0.0, smoothing=0.01)"
-    )]
-    fn with_friction(
-        &self,
-        viscous: Option<Any<'_, '_>>,
-        coulomb: Option<Any<'_, '_>>,
-        smoothing: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
-        let arm = self.arm.with_friction(friction_of(viscous, coulomb, smoothing)?);
-        Ok(Self { arm: arm.map_err(|error| value_error(renamed(error, argument)))? })
-    }
-
-    /// The same arm under another gravity [m/s²]; 0 for an arm that lies flat.
-    fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<Self> {
-        let arm = self.arm.with_gravity(scalar(gravity, "gravity")?);
-        Ok(Self { arm: arm.map_err(value_error)? })
-    }
-
-    /// Number of joints, 2.
+impl PyArm {
+    /// Number of joints.
     #[getter]
-    fn joints(&self) -> usize {
-        2
+    pub fn joints(&self) -> usize {
+        self.arms.joints()
     }
 
-    /// How the joints move: both are revolute.
+    /// How the joints move: "revolute", "continuous" (its error goes around) or "prismatic".
     #[getter]
-    fn joint_kinds(&self) -> (&'static str, &'static str) {
-        let kind = JointKind::Revolute.name();
-        (kind, kind)
+    fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        each!(&self.arms, Arms, arm => PyTuple::new(py, arm.joint_kinds().map(|kind| kind.name())))
     }
 
-    /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.
-    #[getter]
-    fn parameters(&self) -> Arguments {
-        let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
-        let Friction { viscous, coulomb, smoothing } = friction;
-        let list = |x: &[f64; 2]| x.to_vec();
-        let rigid = (list(mass), list(length), list(inertia));
-        (rigid.0, rigid.1, rigid.2, *gravity, list(viscous), list(coulomb), list(smoothing))
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let arguments = slf.get().parameters().into_pyobject(slf.py())?;
-        Ok((slf.get_type().into_any(), arguments.into_any()))
-    }
-
-    fn __repr__(&self) -> String {
-        let TwoLinkParameters { mass, length, inertia, gravity, .. } = self.arm.parameters();
-        format!("TwoLink(mass={mass:?}, length={length:?}, inertia={inertia:?}, gravity={gravity})")
-    }
-
-    /// M(q) [kg·m²], (2, 2), symmetric positive definite.
+    /// M(q) [kg·m²], (n, n), symmetric positive definite.
     fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        square(py, &self.arm.mass_matrix(&finite_vector(q, "q")?))
+        each!(&self.arms, Arms, arm => square(py, &arm.mass_matrix(&finite_vector(q, "q")?)))
     }
 
-    /// C(q, dq) [N·m·s], (2, 2), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
+    /// C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
     fn coriolis<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
     ) -> PyResult<Array2<'py>> {
-        square(py, &self.arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
+        each!(&self.arms, Arms, arm => {
+            square(py, &arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
+        })
     }
 
-    /// G(q) [N·m], (2,).
+    /// G(q) [N·m], (n,).
     fn gravity<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.gravity(&finite_vector(q, "q")?).as_slice()))
+        each!(&self.arms, Arms, arm => {
+            Ok(array1(py, arm.gravity(&finite_vector(q, "q")?).as_slice()))
+        })
     }
 
-    /// f(dq) = viscous dq + coulomb tanh(dq / smoothing) [N·m], (2,).
+    /// f(dq) [N·m], (n,).
     fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.friction(&finite_vector(dq, "dq")?).as_slice()))
+        each!(&self.arms, Arms, arm => {
+            Ok(array1(py, arm.friction(&finite_vector(dq, "dq")?).as_slice()))
+        })
     }
 
-    /// H(q, dq) = C dq + G + f [N·m], (2,); eq. 6.
+    /// s(q, dq) [N·m], (n,), what drives the joints into their stops; part of the dynamics.
+    fn stops<'py>(
+        &self,
+        py: Python<'py>,
+        q: Any<'_, 'py>,
+        dq: Any<'_, 'py>,
+    ) -> PyResult<Array1<'py>> {
+        each!(&self.arms, Arms, arm => {
+            let stops = arm.stops(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?);
+            Ok(array1(py, stops.as_slice()))
+        })
+    }
+
+    /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. 6.
     fn bias<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        Ok(array1(py, self.arm.bias(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?).as_slice()))
+        each!(&self.arms, Arms, arm => {
+            let bias = arm.bias(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?);
+            Ok(array1(py, bias.as_slice()))
+        })
     }
 
-    /// tau = M(q) ddq + H(q, dq) [N·m], (2,).
+    /// tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to `out` if it is given.
+    #[inline]
+    #[pyo3(signature = (q, dq, ddq, out=None))]
     fn inverse_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
         ddq: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
-        let (q, dq, ddq) =
-            (finite_vector(q, "q")?, finite_vector(dq, "dq")?, finite_vector(ddq, "ddq")?);
-        Ok(array1(py, self.arm.inverse_dynamics(&q, &dq, &ddq).as_slice()))
+        out: Given<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        each!(&self.arms, Arms, arm => {
+            let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
+            let tau = arm.inverse_dynamics(&q, &dq, &finite_vector(ddq, "ddq")?);
+            written(py, tau.as_slice(), out)
+        })
     }
 
-    /// ddq = M(q)^-1 (tau - H(q, dq)) [rad/s²], (2,).
+    /// ddq = M(q)^-1 (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to `out` if it is given.
+    #[pyo3(signature = (q, dq, tau, out=None))]
     fn forward_dynamics<'py>(
         &self,
         py: Python<'py>,
         q: Any<'_, 'py>,
         dq: Any<'_, 'py>,
         tau: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
-        let (q, dq, tau) =
-            (finite_vector(q, "q")?, finite_vector(dq, "dq")?, finite_vector(tau, "tau")?);
-        Ok(array1(py, self.arm.forward_dynamics(&q, &dq, &tau).as_slice()))
+        out: Given<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        each!(&self.arms, Arms, arm => {
+            let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
+            let ddq = arm.forward_dynamics(&q, &dq, &finite_vector(tau, "tau")?);
+            written(py, ddq.as_slice(), out)
+        })
     }
 
     /// dq' M(q) dq / 2 [J].
     fn kinetic_energy(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<f64> {
-        Ok(self.arm.kinetic_energy(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
+        each!(&self.arms, Arms, arm => {
+            Ok(arm.kinetic_energy(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
+        })
     }
 
     /// U(q) [J]; its gradient is G(q).
     fn potential_energy(&self, q: Any<'_, '_>) -> PyResult<f64> {
-        Ok(self.arm.potential_energy(&finite_vector(q, "q")?))
+        each!(&self.arms, Arms, arm => Ok(arm.potential_energy(&finite_vector(q, "q")?)))
     }
 
     /// Pose of the tip in the base, (4, 4).
     fn pose<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        owned2(py, homogeneous(&self.arm.pose(&finite_vector(q, "q")?)).to_vec(), 4)
+        let pose = each!(&self.arms, Arms, arm => arm.pose(&finite_vector(q, "q")?));
+        owned2(py, homogeneous(&pose).to_vec(), 4)
     }
 
-    /// Poses of the joints' frames in the base, (2, 4, 4): x along the link.
+    /// Poses of the joints' frames in the base, (n, 4, 4).
     fn link_poses<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array3<'py>> {
-        let poses = self.arm.link_poses(&finite_vector(q, "q")?);
+        let poses = each!(&self.arms, Arms, arm => arm.link_poses(&finite_vector(q, "q")?));
         matrices(py, poses.iter().flat_map(homogeneous).collect(), 4)
     }
+}
+
+/// A pose as a 4 × 4 matrix, row-major.
+fn homogeneous(pose: &Pose) -> [f64; 16] {
+    let (r, p) = (&pose.rotation, &pose.translation);
+    std::array::from_fn(|i| match (i / 4, i % 4) {
+        (3, 3) => 1.0,
+        (3, _) => 0.0,
+        (row, 3) => p[row],
+        (row, column) => r[(row, column)],
+    })
 }

@@ -1,6 +1,5 @@
 //! `FuzzyBasis`.
 
-use core::convert::Infallible;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
@@ -11,8 +10,8 @@ use super::convert::{
     Any, Array2, Given, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
+use super::errors::value_error;
 use super::form::PyForm;
-use super::value_error;
 use crate::error::{Error, Problem};
 use crate::fuzzy::{FuzzyBasis, KernelBasis};
 use crate::scenario::{BasisSettings, InputSettings, Numbers, PerJoint, Rules};
@@ -257,30 +256,6 @@ fn signals(value: Any<'_, '_>) -> PyResult<InputSettings> {
         return Err(PyValueError::new_err("inputs: got no signal, wants at least one"));
     }
     Ok(InputSettings(chosen))
-}
-
-/// As a dict signal -> scale.
-impl<'py> IntoPyObject<'py> for &InputSettings {
-    type Target = PyDict;
-    type Output = Bound<'py, PyDict>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
-        let dict = PyDict::new(py);
-        self.0.iter().try_for_each(|(name, scale)| dict.set_item(name, scale))?;
-        Ok(dict)
-    }
-}
-
-/// By its name.
-impl<'py> IntoPyObject<'py> for &Rules {
-    type Target = PyString;
-    type Output = Bound<'py, PyString>;
-    type Error = Infallible;
-
-    fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Infallible> {
-        Ok(PyString::new(py, self.name()))
-    }
 }
 
 /// A basis that was given as an argument.

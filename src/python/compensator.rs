@@ -1,208 +1,207 @@
-//! What a tracker asks of its compensator beyond ρ̂: its weights, and itself in words and bytes.
+//! Any compensator behind one type, for a tracker: none, or the fuzzy one in either form.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert::{Any, array1, type_name};
+use super::errors::value_error;
 use super::fuzzy::PyFuzzyCompensator;
-use super::value_error;
 use crate::control::{
-    Compensator, FuzzyCompensator, FuzzyState, KernelCompensator, KernelState, NoCompensation,
-    State,
+    Applied, Audit, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
+    KernelState, Sample, Stage, State,
 };
 use crate::design::Subject;
 use crate::error::Result;
+use crate::math::Vector;
 
-/// A compensator of a tracker. One without a matrix of weights raises TypeError when it is asked
-/// for them.
-pub(super) trait Compensation<const N: usize>:
-    Compensator<N, Self::State> + Send + Sync + 'static
-{
-    /// What it remembers.
-    type State: Clone + Send + Sync;
+/// Any compensator. One without a matrix of weights raises TypeError when it is asked for them.
+pub(super) enum AnyCompensator<const N: usize> {
+    None,
+    Fuzzy(Box<FuzzyCompensator<N>>),
+    Kernel(Box<KernelCompensator<N>>),
+}
+
+/// What it remembers: the variant of its compensator, which [`AnyCompensator::state`] sees to.
+#[derive(Clone)]
+pub(super) enum Memory<const N: usize> {
+    None,
+    Fuzzy(Box<FuzzyState<N, Vec<f64>>>),
+    Kernel(Box<KernelState<N, Vec<f64>>>),
+}
+
+/// `$body` for a compensator with its own state, or `$none`.
+macro_rules! both {
+    ($any:expr, $memory:expr, |$compensator:ident, $state:ident| $body:expr, $none:expr) => {
+        match ($any, $memory) {
+            (AnyCompensator::Fuzzy($compensator), Memory::Fuzzy($state)) => $body,
+            (AnyCompensator::Kernel($compensator), Memory::Kernel($state)) => $body,
+            _ => $none,
+        }
+    };
+}
+
+impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
+    #[inline]
+    fn estimate(&self, memory: &mut Memory<N>, stage: &Stage<'_>, sample: &Sample<N>) -> Vector<N> {
+        both!(self, memory, |it, state| it.estimate(state, stage, sample), Vector::zeros())
+    }
+
+    #[inline]
+    fn acted(&self, memory: &mut Memory<N>, i: usize, sample: &Sample<N>, applied: &Applied<N>) {
+        both!(self, memory, |it, state| it.acted(state, i, sample, applied), ());
+    }
+
+    #[inline]
+    fn advance(&self, memory: &mut Memory<N>, end: &Stage<'_>) -> Result<()> {
+        both!(self, memory, |it, state| it.advance(state, end), Ok(()))
+    }
+
+    #[inline]
+    fn carry(&self, memory: &mut Memory<N>, last: usize) -> bool {
+        both!(self, memory, |it, state| it.carry(state, last), true)
+    }
+
+    fn reset(&self, memory: &mut Memory<N>) {
+        both!(self, memory, |it, state| it.reset(state), ());
+    }
+
+    fn audit(&self, memory: &Memory<N>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
+        both!(self, memory, |it, state| it.audit(state, i, sample), None)
+    }
+
+    fn channels(&self) -> &'static [Channel] {
+        match self {
+            Self::None => &[],
+            Self::Fuzzy(fuzzy) => Compensator::<N, FuzzyState<N, Vec<f64>>>::channels(&**fuzzy),
+            Self::Kernel(kernel) => Compensator::<N, KernelState<N, Vec<f64>>>::channels(&**kernel),
+        }
+    }
+
+    fn signals(&self, memory: &Memory<N>, sample: &Sample<N>, row: &mut [f64]) {
+        both!(self, memory, |it, state| it.signals(state, sample, row), ());
+    }
+}
+
+impl<const N: usize> AnyCompensator<N> {
+    /// A state before the first step.
+    pub fn state(&self) -> Memory<N> {
+        match self {
+            Self::None => Memory::None,
+            Self::Fuzzy(fuzzy) => Memory::Fuzzy(Box::new(fuzzy.state())),
+            Self::Kernel(kernel) => Memory::Kernel(Box::new(kernel.state())),
+        }
+    }
 
     /// It in words.
-    fn words(&self) -> String;
+    pub fn words(&self) -> String {
+        match self {
+            Self::None => "none".into(),
+            Self::Fuzzy(fuzzy) => format!("fuzzy, {} rules", fuzzy.basis().rules()),
+            Self::Kernel(kernel) => {
+                let (rules, parameters) = (kernel.basis().rules(), kernel.kernel_parameters());
+                format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
+            }
+        }
+    }
 
     /// The controller's state as bytes.
-    fn save(&self, state: &State<N, Self::State>) -> Vec<u8>;
+    pub fn save(&self, state: &State<N, Memory<N>>) -> Vec<u8> {
+        let State { compensator, last_tau, steps } = state;
+        let (last_tau, steps) = (*last_tau, *steps);
+        both!(
+            self,
+            compensator,
+            |it, own| it.save(&State { compensator: own.as_ref().clone(), last_tau, steps }),
+            State { compensator: (), last_tau, steps }.save()
+        )
+    }
 
-    /// Takes over what [`save`](Self::save) gave.
-    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()>;
+    /// The state that [`save`](Self::save) gave the bytes of.
+    pub fn restored(&self, bytes: &[u8]) -> Result<State<N, Memory<N>>> {
+        let all = match self {
+            Self::None => {
+                let State { last_tau, steps, .. } = State::<N>::restore(bytes)?;
+                State { compensator: Memory::None, last_tau, steps }
+            }
+            Self::Fuzzy(fuzzy) => {
+                let mut state = State::new(fuzzy.state());
+                fuzzy.restore(&mut state, bytes)?;
+                let State { compensator, last_tau, steps } = state;
+                State { compensator: Memory::Fuzzy(compensator.into()), last_tau, steps }
+            }
+            Self::Kernel(kernel) => {
+                let mut state = State::new(kernel.state());
+                kernel.restore(&mut state, bytes)?;
+                let State { compensator, last_tau, steps } = state;
+                State { compensator: Memory::Kernel(compensator.into()), last_tau, steps }
+            }
+        };
+        Ok(all)
+    }
 
-    /// Stops the adaptation, or lets it go on.
-    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()>;
-
-    fn frozen(state: &Self::State) -> bool;
+    /// Columns of W.
+    pub fn rules(&self) -> PyResult<usize> {
+        Ok(self.dense()?.weights_len() / N)
+    }
 
     /// It, as the one that has a matrix of weights.
-    fn dense(&self) -> PyResult<&FuzzyCompensator<N>>;
-
-    /// W, row-major with n rows.
-    fn weights(&self, state: &Self::State) -> PyResult<Vec<f64>>;
-
-    /// Sets W, and with `prior` W₀ too.
-    fn set_weights(&self, state: &mut Self::State, weights: &[f64], prior: bool) -> PyResult<()>;
+    fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
+        match self {
+            Self::None => Err(no_compensator()),
+            Self::Fuzzy(fuzzy) => Ok(fuzzy),
+            Self::Kernel(_) => Err(no_matrix()),
+        }
+    }
 
     /// It, as the subject of a design report; `None` where there is nothing to report on.
-    fn subject(&self) -> Option<&dyn Subject<N>> {
-        None
-    }
-
-    /// The dictionary in figures; `None` but for the kernel form.
-    fn dictionary<'py>(
-        &self,
-        _py: Python<'py>,
-        _state: &Self::State,
-    ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        Ok(None)
-    }
-}
-
-impl<const N: usize> Compensation<N> for NoCompensation {
-    type State = ();
-
-    fn words(&self) -> String {
-        "none".into()
-    }
-
-    fn save(&self, state: &State<N>) -> Vec<u8> {
-        state.save()
-    }
-
-    fn restore(&self, state: &mut State<N>, bytes: &[u8]) -> Result<()> {
-        *state = State::restore(bytes)?;
-        Ok(())
-    }
-
-    fn set_frozen(&self, (): &mut (), _: bool) -> PyResult<()> {
-        Err(no_compensator())
-    }
-
-    fn frozen((): &()) -> bool {
-        false
-    }
-
-    fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
-        Err(no_compensator())
-    }
-
-    fn weights(&self, (): &()) -> PyResult<Vec<f64>> {
-        Err(no_compensator())
-    }
-
-    fn set_weights(&self, (): &mut (), _: &[f64], _: bool) -> PyResult<()> {
-        Err(no_compensator())
-    }
-}
-
-fn no_compensator() -> PyErr {
-    PyTypeError::new_err("compensator: this controller has none, so it has no weights")
-}
-
-impl<const N: usize> Compensation<N> for FuzzyCompensator<N> {
-    type State = FuzzyState<N, Vec<f64>>;
-
-    fn words(&self) -> String {
-        format!("fuzzy, {} rules", self.basis().rules())
-    }
-
-    fn save(&self, state: &State<N, Self::State>) -> Vec<u8> {
-        self.save(state)
-    }
-
-    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()> {
-        self.restore(state, bytes)
-    }
-
-    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()> {
-        if frozen {
-            state.freeze()
-        } else {
-            state.unfreeze()
+    pub fn subject(&self) -> Option<&dyn Subject<N>> {
+        match self {
+            Self::None => None,
+            Self::Fuzzy(fuzzy) => Some(&**fuzzy),
+            Self::Kernel(kernel) => Some(&**kernel),
         }
-        Ok(())
     }
 
-    fn frozen(state: &Self::State) -> bool {
-        state.frozen()
-    }
-
-    fn dense(&self) -> PyResult<&Self> {
-        Ok(self)
-    }
-
-    fn weights(&self, state: &Self::State) -> PyResult<Vec<f64>> {
-        let mut weights = vec![0.0; self.weights_len()];
-        self.read_weights(state, &mut weights).map_err(value_error)?;
+    /// W, row-major with n rows.
+    pub fn weights(&self, memory: &Memory<N>) -> PyResult<Vec<f64>> {
+        let dense = self.dense()?;
+        let mut weights = vec![0.0; dense.weights_len()];
+        if let Memory::Fuzzy(state) = memory {
+            dense.read_weights(state, &mut weights).map_err(value_error)?;
+        }
         Ok(weights)
     }
 
-    fn set_weights(&self, state: &mut Self::State, weights: &[f64], prior: bool) -> PyResult<()> {
-        let set =
-            if prior { self.warm_start(state, weights) } else { self.load_weights(state, weights) };
+    /// Sets W, and with `prior` W₀ too.
+    pub fn set_weights(
+        &self,
+        memory: &mut Memory<N>,
+        weights: &[f64],
+        prior: bool,
+    ) -> PyResult<()> {
+        let dense = self.dense()?;
+        let Memory::Fuzzy(state) = memory else { return Ok(()) };
+        let set = if prior {
+            dense.warm_start(state, weights)
+        } else {
+            dense.load_weights(state, weights)
+        };
         set.map_err(value_error)
     }
 
-    fn subject(&self) -> Option<&dyn Subject<N>> {
-        Some(self)
-    }
-}
-
-impl<const N: usize> Compensation<N> for KernelCompensator<N> {
-    type State = KernelState<N, Vec<f64>>;
-
-    fn words(&self) -> String {
-        let (rules, parameters) = (self.basis().rules(), self.kernel_parameters());
-        format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
-    }
-
-    fn save(&self, state: &State<N, Self::State>) -> Vec<u8> {
-        self.save(state)
-    }
-
-    fn restore(&self, state: &mut State<N, Self::State>, bytes: &[u8]) -> Result<()> {
-        self.restore(state, bytes)
-    }
-
-    fn set_frozen(&self, state: &mut Self::State, frozen: bool) -> PyResult<()> {
-        if frozen {
-            state.freeze()
-        } else {
-            state.unfreeze()
-        }
-        Ok(())
-    }
-
-    fn frozen(state: &Self::State) -> bool {
-        state.frozen()
-    }
-
-    fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
-        Err(no_matrix())
-    }
-
-    fn weights(&self, _: &Self::State) -> PyResult<Vec<f64>> {
-        Err(no_matrix())
-    }
-
-    fn set_weights(&self, _: &mut Self::State, _: &[f64], _: bool) -> PyResult<()> {
-        Err(no_matrix())
-    }
-
-    fn subject(&self) -> Option<&dyn Subject<N>> {
-        Some(self)
-    }
-
-    fn dictionary<'py>(
+    /// The dictionary in figures; `None` but for the kernel form.
+    pub fn dictionary<'py>(
         &self,
         py: Python<'py>,
-        state: &Self::State,
+        memory: &Memory<N>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let (Self::Kernel(kernel), Memory::Kernel(state)) = (self, memory) else {
+            return Ok(None);
+        };
         let dict = PyDict::new(py);
         dict.set_item("atoms", state.atoms())?;
-        dict.set_item("capacity", self.kernel_parameters().capacity)?;
+        dict.set_item("capacity", kernel.kernel_parameters().capacity)?;
         dict.set_item("merged", state.merged())?;
         dict.set_item("dropped", state.dropped())?;
         dict.set_item("error_bound", array1(py, state.error_bound().as_slice()))?;
@@ -210,11 +209,36 @@ impl<const N: usize> Compensation<N> for KernelCompensator<N> {
     }
 }
 
+impl<const N: usize> Memory<N> {
+    /// Stops the adaptation, or lets it go on.
+    pub fn set_frozen(&mut self, frozen: bool) -> PyResult<()> {
+        match (self, frozen) {
+            (Self::None, _) => return Err(no_compensator()),
+            (Self::Fuzzy(state), true) => state.freeze(),
+            (Self::Fuzzy(state), false) => state.unfreeze(),
+            (Self::Kernel(state), true) => state.freeze(),
+            (Self::Kernel(state), false) => state.unfreeze(),
+        }
+        Ok(())
+    }
+
+    pub fn frozen(&self) -> bool {
+        match self {
+            Self::None => false,
+            Self::Fuzzy(state) => state.frozen(),
+            Self::Kernel(state) => state.frozen(),
+        }
+    }
+}
+
+fn no_compensator() -> PyErr {
+    PyTypeError::new_err("compensator: this controller has none, so it has no weights")
+}
+
 fn no_matrix() -> PyErr {
     PyTypeError::new_err(
         "weights: this compensator has a dictionary, the kernel form, so it has no matrix of \
-         weights; \
-         see the tracker's dictionary, or build it with dictionary=None",
+         weights; see the tracker's dictionary, or build it with dictionary=None",
     )
 }
 

@@ -10,7 +10,7 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 
-use super::value_error;
+use super::errors::value_error;
 use crate::error::{Error, finite};
 use crate::math::{Matrix, Vector};
 

@@ -5,6 +5,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::convert::{Any, numbers, owned1, scalar, wrong_shape, wrong_type};
+use super::dispatch::each;
+use super::tracked::Trackers;
 use super::tracker::PyComputedTorque;
 use crate::design::{Conditions, Finding, JointReport};
 
@@ -38,7 +40,7 @@ pub(super) fn design<'py>(
         .collect();
     let disturbance = disturbance.as_slice();
     let conditions = Conditions { period, delay_samples: delay, disturbance, inertia_ratio };
-    let (joints, findings) = tracker.tracked.report(&conditions)?;
+    let (joints, findings) = each!(&tracker.trackers, Trackers, it => it.report(&conditions))?;
     let dict = PyDict::new(py);
     let set = |name, value: fn(&JointReport) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();

@@ -11,6 +11,11 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
+use crate::scenario::{
+    BasisSettings, CompensatorSettings, ControllerSettings, InputSettings, MotionSettings, Numbers,
+    PerJoint, QuinticSettings, Rules, Scenario, SinesSettings, TableSettings, TwoLinkSettings,
+};
+
 /// Lists with more entries are shown by their first and last.
 const LONGEST_SHOWN: usize = 12;
 
@@ -120,4 +125,75 @@ fn short(value: &Bound<'_, PyAny>) -> PyResult<String> {
         }
         _ => Ok(value.repr()?.to_string()),
     }
+}
+
+/// Settings as dicts of their fields, in the order of the constructor. A field that is missing here
+/// does not compile.
+macro_rules! as_dicts {
+    ($($settings:ident { $($name:ident),* $(,)? })*) => {$(
+        impl<'py> IntoPyObject<'py> for &$settings {
+            type Target = PyDict;
+            type Output = Bound<'py, PyDict>;
+            type Error = PyErr;
+
+            fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+                let $settings { $($name),* } = self;
+                let dict = PyDict::new(py);
+                $(dict.set_item(stringify!($name), $name)?;)*
+                Ok(dict)
+            }
+        }
+    )*};
+}
+
+as_dicts! {
+    BasisSettings { form, centers, width, normalized, inputs, joints }
+    CompensatorSettings {
+        basis, q, gain, gamma, leak_rate, error_modification, projection_radius, dead_zone,
+        normalization, dictionary, merge_tolerance,
+    }
+    ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
+    QuinticSettings { start, goal, duration, start_time }
+    Scenario { two_link, plant, controller, compensator, reference, disturbance }
+    SinesSettings { frequency, sin, cos, offset }
+    TableSettings { t, q, dq, ddq }
+    TwoLinkSettings { mass, length, inertia, gravity, viscous, coulomb, smoothing }
+}
+
+/// What is no struct, by `$body`.
+macro_rules! as_objects {
+    ($($settings:ty, $it:ident, $py:ident => $body:expr;)*) => {$(
+        impl<'py> IntoPyObject<'py> for &$settings {
+            type Target = PyAny;
+            type Output = Bound<'py, PyAny>;
+            type Error = PyErr;
+
+            fn into_pyobject(self, $py: Python<'py>) -> PyResult<Self::Output> {
+                let $it = self;
+                $body
+            }
+        }
+    )*};
+}
+
+as_objects! {
+    PerJoint, it, py => match it {
+        PerJoint::All(value) => value.into_bound_py_any(py),
+        PerJoint::Each(values) => values.into_bound_py_any(py),
+    };
+    Numbers, it, py => match it {
+        Numbers::Same(values) => values.into_bound_py_any(py),
+        Numbers::Rows(rows) => rows.into_bound_py_any(py),
+    };
+    Rules, it, py => it.name().into_bound_py_any(py);
+    InputSettings, it, py => {
+        let dict = PyDict::new(py);
+        it.0.iter().try_for_each(|(name, scale)| dict.set_item(name, scale))?;
+        Ok(dict.into_any())
+    };
+    MotionSettings, it, py => match it {
+        MotionSettings::Sines(sines) => sines.into_bound_py_any(py),
+        MotionSettings::Quintic(quintic) => quintic.into_bound_py_any(py),
+        MotionSettings::Table(table) => table.into_bound_py_any(py),
+    };
 }

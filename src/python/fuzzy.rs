@@ -11,9 +11,9 @@ use super::convert::{
     wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
+use super::errors::value_error;
 use super::form::PyForm;
 use super::per_joint::{other_count, per_joint};
-use super::value_error;
 use crate::control::{FuzzyParameters, KernelParameters};
 use crate::fuzzy::FuzzyApproximator;
 use crate::scenario::{CompensatorSettings, PerJoint, Rules};

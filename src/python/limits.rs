@@ -4,9 +4,9 @@ use core::cell::RefCell;
 
 use pyo3::prelude::*;
 
+use super::errors::value_error;
 use super::monitor::Monitor;
 use super::sources::{AnyReference, Callback};
-use super::value_error;
 use crate::arm::Serial;
 use crate::design::{Excess, check_limits};
 use crate::math::Vector;

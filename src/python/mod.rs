@@ -8,17 +8,18 @@ mod compensator;
 mod convert;
 mod design;
 mod dispatch;
+mod errors;
 mod form;
 mod fuzzy;
 mod limits;
 mod monitor;
+mod motion;
 mod per_joint;
-mod planted;
+mod plant;
 mod riccati;
 mod saving;
 mod scenario;
 mod serial;
-mod serial_arm;
 mod serial_changes;
 mod serial_files;
 mod signals;
@@ -26,19 +27,9 @@ mod simulate;
 mod sources;
 mod tracked;
 mod tracker;
+mod two_link;
 
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-
-use crate::error::{Error, Problem};
-use crate::robot::ReadError;
-
-pyo3::create_exception!(
-    steadyarm,
-    NoStabilizingSolution,
-    PyValueError,
-    "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
-);
 
 /// Python places objects at multiples of 16 bytes: what wants more has to stand in a box.
 const fn fits_python<T>() -> bool {
@@ -46,34 +37,13 @@ const fn fits_python<T>() -> bool {
 }
 
 const _: () = {
-    assert!(fits_python::<arm::PyTwoLink>() && fits_python::<serial::PySerial>());
+    assert!(fits_python::<two_link::PyTwoLink>() && fits_python::<serial::PySerial>());
     assert!(fits_python::<basis::PyFuzzyBasis>() && fits_python::<riccati::PySolution>());
     assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
     assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
-    assert!(fits_python::<signals::PyMotion>() && fits_python::<simulate::PyPlant>());
+    assert!(fits_python::<signals::PyMotion>() && fits_python::<plant::PyPlant>());
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
-
-/// The core's error as a Python exception.
-fn value_error(error: Error) -> PyErr {
-    let Problem::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error.problem() else {
-        return PyValueError::new_err(error.to_string());
-    };
-    Python::attach(|py| {
-        let exception = NoStabilizingSolution::new_err(error.to_string());
-        let value = exception.value(py);
-        let figures = [("gamma", gamma), ("gamma_opt", gamma_opt), ("max_scale", max_scale)];
-        match figures.iter().try_for_each(|(name, figure)| value.setattr(*name, *figure)) {
-            Ok(()) => exception,
-            Err(error) => error,
-        }
-    })
-}
-
-/// What is wrong with a robot description as a Python exception.
-fn read_error(error: ReadError) -> PyErr {
-    PyValueError::new_err(error.to_string())
-}
 
 #[pymodule]
 #[pyo3(name = "_core")]
@@ -82,19 +52,21 @@ mod core_module {
     const MAX_RECORD_BYTES: u64 = crate::sim::MAX_RECORD_BYTES;
 
     #[pymodule_export]
-    use super::NoStabilizingSolution;
-    #[pymodule_export]
-    use super::arm::PyTwoLink;
+    use super::arm::PyArm;
     #[pymodule_export]
     use super::basis::PyFuzzyBasis;
     #[pymodule_export]
     use super::design::design;
+    #[pymodule_export]
+    use super::errors::NoStabilizingSolution;
     #[pymodule_export]
     use super::form::PyForm;
     #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
     #[pymodule_export]
     use super::limits::PyExcess;
+    #[pymodule_export]
+    use super::plant::PyPlant;
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
@@ -104,9 +76,11 @@ mod core_module {
     #[pymodule_export]
     use super::signals::{PyMotion, PyQuintic, PySines, PyTable};
     #[pymodule_export]
-    use super::simulate::{PyPlant, channels, metrics, simulate};
+    use super::simulate::{channels, metrics, simulate};
     #[pymodule_export]
     use super::sources::desired_motion;
     #[pymodule_export]
     use super::tracker::PyComputedTorque;
+    #[pymodule_export]
+    use super::two_link::PyTwoLink;
 }

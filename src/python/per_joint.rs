@@ -5,7 +5,7 @@ use pyo3::prelude::*;
 
 use super::convert::{Any, numbers, wrong_shape};
 use super::dispatch::MAX_JOINTS;
-use super::value_error;
+use super::errors::value_error;
 use crate::error::{Error, Problem};
 use crate::scenario::{Numbers, PerJoint};
 

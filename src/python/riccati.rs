@@ -5,7 +5,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::convert::{Any, Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
-use super::value_error;
+use super::errors::value_error;
 use crate::error::{Error, Result};
 use crate::riccati;
 use crate::riccati::dynamic::{self, MOST_STATES, Solution};

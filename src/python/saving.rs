@@ -7,8 +7,8 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-/// No state is larger: two matrices of 2^20 rules for eight joints, and a header [bytes].
-const MAX_BYTES: u64 = (1 << 27) + (1 << 20);
+/// No state is larger: two matrices of 2^20 rules for twelve joints, and a header [bytes].
+const MAX_BYTES: u64 = (3 << 26) + (1 << 20);
 
 /// Replaces the file by these bytes: whole or not at all.
 pub(super) fn write(path: &Path, bytes: &Bound<'_, PyBytes>) -> PyResult<()> {

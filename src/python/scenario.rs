@@ -3,11 +3,11 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::arm::PyTwoLink;
 use super::basis::PyFuzzyBasis;
+use super::errors::{read_error, value_error};
 use super::fuzzy::PyFuzzyCompensator;
 use super::signals::{PyQuintic, PySines, PyTable};
-use super::{read_error, value_error};
+use super::two_link::PyTwoLink;
 use crate::paper;
 use crate::scenario::{MotionSettings, Scenario};
 

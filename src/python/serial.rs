@@ -1,35 +1,55 @@
-//! `Serial`: any chain of up to eight joints, from a file, a table or the wheel.
+//! `Serial`: any chain, from a file, a table or the wheel.
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::PyDict;
 
-use super::convert::{Any, Array1, Array2, Array3, Given, matrices, owned1, owned2};
-use super::dispatch::for_joints;
+use super::any_arm::{AnyArm, Arms};
+use super::arm::{New, PyArm};
+use super::convert::{Any, Array1, Array2, Given, array1, finite_vector, owned1, owned2};
+use super::dispatch::{by_joints, each, for_joints};
+use super::errors::{read_error, value_error};
 use super::limits::PyExcess;
-use super::read_error;
-use super::serial_arm::{SerialArm, homogeneous, serial_arm};
 use super::serial_files::{self, triple};
-use crate::arm::{JointFriction, Link};
+use crate::arm::{JointFriction, Link, Serial};
 use crate::robot::{Description, UrdfOptions, shipped};
 
-/// A serial arm of 1 to 8 revolute and prismatic joints.
+/// A serial arm of 1 to 12 revolute and prismatic joints.
 ///
-/// Made by from_urdf, from_dh, from_toml or shipped. Its methods are those of TwoLink, and more.
-#[pyclass(name = "Serial", module = "steadyarm", frozen)]
+/// Made by from_urdf, from_dh, from_toml or shipped. Its methods are those of Arm, and more.
+#[pyclass(name = "Serial", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PySerial {
     pub description: Description,
-    pub arm: Box<dyn SerialArm>,
+    pub chain: Chains,
+}
+
+by_joints! {
+    /// A chain of any joint count.
+    Chains of Serial
 }
 
 impl PySerial {
-    pub fn new(description: Description) -> PyResult<Self> {
-        let arm = for_joints!(description.joints.len(), serial_arm(&description))?;
-        Ok(Self { description, arm })
+    pub fn new(description: Description) -> PyResult<New<Self>> {
+        let (chain, arms) = for_joints!(description.joints.len(), chain(&description))?;
+        Ok(New(PyClassInitializer::from(PyArm { arms }).add_subclass(Self { description, chain })))
+    }
+
+    pub fn links(&self) -> &[Link] {
+        each!(&self.chain, Chains, chain => chain.links())
     }
 
     fn column<'py>(&self, py: Python<'py>, of: impl Fn(&Link) -> f64) -> Array1<'py> {
-        owned1(py, self.arm.links().iter().map(of).collect())
+        owned1(py, self.links().iter().map(of).collect())
     }
+}
+
+/// The chain of a description, also as any arm.
+fn chain<const N: usize>(description: &Description) -> PyResult<(Chains, Arms)>
+where
+    Chains: From<Serial<N>>,
+    Arms: From<AnyArm<N>>,
+{
+    let chain: Serial<N> = description.arm().map_err(read_error)?;
+    Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
 }
 
 #[pymethods]
@@ -50,7 +70,7 @@ impl PySerial {
         masses: Given<'_, '_>,
         inertials: Given<'_, '_>,
         unphysical: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<New<Self>> {
         let options = UrdfOptions {
             base,
             tip,
@@ -65,8 +85,9 @@ impl PySerial {
     /// From a Denavit-Hartenberg table.
     #[staticmethod]
     #[pyo3(
-        signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None, com=None,
-            inertia=None, viscous=None, coulomb=None, armature=None, gravity=None, name="arm", unphysical=None),
+        signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None,
+            com=None, inertia=None, viscous=None, coulomb=None, armature=None, gravity=None,
+            name="arm", unphysical=None),
         text_signature = "(a, alpha, d, theta_offset=0.0, *, convention='standard', \
             kind='revolute', mass=0.0, com=0.0, inertia=0.0, viscous=0.0, coulomb=0.0, \
             armature=0.0, gravity=(0.0, 0.0, -9.81), name='arm', unphysical='refuse')"
@@ -88,7 +109,7 @@ impl PySerial {
         gravity: Given<'_, '_>,
         name: &str,
         unphysical: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<New<Self>> {
         let columns = serial_files::Columns {
             lengths: [Some(a), Some(alpha), Some(d), theta_offset],
             kind,
@@ -103,14 +124,14 @@ impl PySerial {
     /// From our own TOML: a path, or the text itself.
     #[staticmethod]
     #[pyo3(signature = (path_or_text, *, unphysical=None))]
-    fn from_toml(path_or_text: Any<'_, '_>, unphysical: Given<'_, '_>) -> PyResult<Self> {
+    fn from_toml(path_or_text: Any<'_, '_>, unphysical: Given<'_, '_>) -> PyResult<New<Self>> {
         Self::new(serial_files::toml(path_or_text, unphysical)?)
     }
 
     /// One of the arms that come with the wheel, by name.
     #[staticmethod]
     #[pyo3(name = "shipped")]
-    fn from_wheel(name: &str) -> PyResult<Self> {
+    fn from_wheel(name: &str) -> PyResult<New<Self>> {
         Self::new(shipped(name).map_err(read_error)?)
     }
 
@@ -120,7 +141,7 @@ impl PySerial {
     }
 
     /// The same arm with no friction in any joint.
-    fn without_friction(&self) -> PyResult<Self> {
+    fn without_friction(&self) -> PyResult<New<Self>> {
         self.each(|_, link| link.friction = JointFriction::default())
     }
 
@@ -138,23 +159,23 @@ impl PySerial {
         stribeck: Given<'_, '_>,
         stribeck_speed: Given<'_, '_>,
         smoothing: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<New<Self>> {
         self.rubbing([viscous, coulomb, stribeck, stribeck_speed, smoothing])
     }
 
     /// The same arm with rotors of this inertia, seen through their gears: a scalar or (n,).
-    fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<Self> {
+    fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<New<Self>> {
         self.geared(armature)
     }
 
     /// The same arm under another gravity, (3,) in the axes of the base.
-    fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<Self> {
+    fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
         let gravity = triple(gravity, "gravity")?;
         Self::new(Description { gravity, ..self.description.clone() })
     }
 
     /// The same arm with other inertial parameters, (10n,): the way back from inertial_parameters.
-    fn with_parameters(&self, parameters: Any<'_, '_>) -> PyResult<Self> {
+    fn with_parameters(&self, parameters: Any<'_, '_>) -> PyResult<New<Self>> {
         self.identified(parameters)
     }
 
@@ -163,7 +184,11 @@ impl PySerial {
         signature = (stiffness, dissipation=None),
         text_signature = "(self, stiffness, dissipation=1.0)"
     )]
-    fn with_stops(&self, stiffness: Any<'_, '_>, dissipation: Given<'_, '_>) -> PyResult<Self> {
+    fn with_stops(
+        &self,
+        stiffness: Any<'_, '_>,
+        dissipation: Given<'_, '_>,
+    ) -> PyResult<New<Self>> {
         self.stopped(stiffness, dissipation)
     }
 
@@ -177,7 +202,7 @@ impl PySerial {
         mass: Any<'_, '_>,
         com: Given<'_, '_>,
         inertia: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<New<Self>> {
         self.loaded(mass, com, inertia)
     }
 
@@ -193,14 +218,8 @@ impl PySerial {
         com: Given<'_, '_>,
         inertia: Given<'_, '_>,
         friction: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<New<Self>> {
         self.neighbour(seed, [mass, com, inertia, friction])
-    }
-
-    /// Number of joints.
-    #[getter]
-    fn joints(&self) -> usize {
-        self.arm.joints()
     }
 
     /// What the robot is called.
@@ -219,12 +238,6 @@ impl PySerial {
     #[getter]
     fn link_names(&self) -> Vec<&str> {
         self.description.joints.iter().map(|joint| joint.link_name.as_str()).collect()
-    }
-
-    /// How the joints move: "revolute", "continuous" (its error goes around) or "prismatic".
-    #[getter]
-    fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        PyTuple::new(py, self.arm.links().iter().map(|link| link.kind.name()))
     }
 
     /// What the file says that was not used.
@@ -265,78 +278,6 @@ impl PySerial {
         Ok(dict)
     }
 
-    /// M(q) [kg·m²], (n, n), symmetric positive definite.
-    fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        self.arm.mass_matrix(py, q)
-    }
-
-    /// C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
-    fn coriolis<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array2<'py>> {
-        self.arm.coriolis(py, q, dq)
-    }
-
-    /// G(q) [N·m], (n,).
-    fn gravity<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        self.arm.gravity(py, q)
-    }
-
-    /// f(dq) [N·m], (n,).
-    fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        self.arm.friction(py, dq)
-    }
-
-    /// s(q, dq) [N·m], (n,), what drives the joints into their stops; part of the dynamics.
-    fn stops<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
-        self.arm.stops(py, q, dq)
-    }
-
-    /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. 6.
-    fn bias<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
-        self.arm.bias(py, q, dq)
-    }
-
-    /// tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to `out` if it is given.
-    #[inline]
-    #[pyo3(signature = (q, dq, ddq, out=None))]
-    fn inverse_dynamics<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-        ddq: Any<'_, 'py>,
-        out: Option<Any<'_, 'py>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.arm.inverse_dynamics(py, [q, dq, ddq], out)
-    }
-
-    /// ddq = M(q)^-1 (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to `out` if it is given.
-    #[pyo3(signature = (q, dq, tau, out=None))]
-    fn forward_dynamics<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-        tau: Any<'_, 'py>,
-        out: Option<Any<'_, 'py>>,
-    ) -> PyResult<Bound<'py, PyAny>> {
-        self.arm.forward_dynamics(py, [q, dq, tau], out)
-    }
-
     /// M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops.
     fn slotine_li<'py>(
         &self,
@@ -346,7 +287,11 @@ impl PySerial {
         dq_r: Any<'_, 'py>,
         ddq_r: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        self.arm.slotine_li(py, [q, dq, dq_r, ddq_r])
+        each!(&self.chain, Chains, chain => {
+            let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
+            let (dq_r, ddq_r) = (finite_vector(dq_r, "dq_r")?, finite_vector(ddq_r, "ddq_r")?);
+            Ok(array1(py, chain.slotine_li(&q, &dq, &dq_r, &ddq_r).as_slice()))
+        })
     }
 
     /// Y(q, dq, ddq), (n, 10n): Y π is the torque without friction, stops and armature.
@@ -357,37 +302,29 @@ impl PySerial {
         dq: Any<'_, 'py>,
         ddq: Any<'_, 'py>,
     ) -> PyResult<Array2<'py>> {
-        self.arm.regressor(py, [q, dq, ddq])
+        let width = 10 * self.chain.joints();
+        let mut y = vec![0.0; width * self.chain.joints()];
+        each!(&self.chain, Chains, chain => {
+            let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
+            chain.regressor(&q, &dq, &finite_vector(ddq, "ddq")?, &mut y).map_err(value_error)?;
+        });
+        owned2(py, y, width)
     }
 
     /// π, (10n,), link after link: m, m c, moments xx, xy, yy, xz, yz, zz about the frame's origin.
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
-        self.arm.inertial_parameters(py)
-    }
-
-    /// dq' M(q) dq / 2 [J].
-    fn kinetic_energy(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<f64> {
-        self.arm.kinetic_energy(q, dq)
-    }
-
-    /// U(q) [J]; its gradient is G(q).
-    fn potential_energy(&self, q: Any<'_, '_>) -> PyResult<f64> {
-        self.arm.potential_energy(q)
-    }
-
-    /// Pose of the tip in the base, (4, 4).
-    fn pose<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        owned2(py, homogeneous(&self.arm.pose(q)?).to_vec(), 4)
-    }
-
-    /// Poses of the joints' frames in the base, (n, 4, 4).
-    fn link_poses<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array3<'py>> {
-        matrices(py, self.arm.link_poses(q)?.iter().flat_map(homogeneous).collect(), 4)
+        let mut pi = vec![0.0; 10 * self.chain.joints()];
+        each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))
+            .map_err(value_error)?;
+        Ok(owned1(py, pi))
     }
 
     /// Jacobian of the tip in the base's axes, (6, n): dq to its velocity and angular velocity.
     fn jacobian<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        self.arm.jacobian(py, q)
+        each!(&self.chain, Chains, chain => {
+            let jacobian = chain.jacobian(&finite_vector(q, "q")?);
+            owned2(py, jacobian.transpose().as_slice().to_vec(), self.chain.joints())
+        })
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, (String,))> {
@@ -395,6 +332,6 @@ impl PySerial {
     }
 
     fn __repr__(&self) -> String {
-        format!("Serial({:?}, {} joints)", self.description.name, self.arm.joints())
+        format!("Serial({:?}, {} joints)", self.description.name, self.chain.joints())
     }
 }

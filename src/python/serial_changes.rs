@@ -2,13 +2,15 @@
 
 use pyo3::prelude::*;
 
+use super::arm::New;
 use super::convert::{
-    Any, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
+    Any, Given, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
 };
-use super::limits::PyExcess;
-use super::serial::PySerial;
+use super::dispatch::each;
+use super::errors::{read_error, value_error};
+use super::limits::{PyExcess, check};
+use super::serial::{Chains, PySerial};
 use super::serial_files::{moments, refuse_stops_without_ends, triple};
-use super::{read_error, value_error};
 use crate::arm::{Inertia, JointFriction, JointStop, Link, Perturbation};
 use crate::error::{Error, finite, non_negative};
 use crate::math::Matrix;
@@ -21,24 +23,24 @@ const PERIOD: f64 = 1e-3;
 
 impl PySerial {
     /// The same robot with other links.
-    fn changed(&self, links: Vec<Link>) -> PyResult<Self> {
+    fn changed(&self, links: Vec<Link>) -> PyResult<New<Self>> {
         Self::new(self.description.with_links(links).map_err(read_error)?)
     }
 
     /// The same robot, each joint and its link changed.
-    pub fn each(&self, change: impl Fn(usize, &mut Link)) -> PyResult<Self> {
-        let mut links = self.arm.links().to_vec();
+    pub fn each(&self, change: impl Fn(usize, &mut Link)) -> PyResult<New<Self>> {
+        let mut links = self.links().to_vec();
         links.iter_mut().enumerate().for_each(|(joint, link)| change(joint, link));
         self.changed(links)
     }
 
     /// A value a joint, from an argument.
-    fn values(&self, value: Option<Any<'_, '_>>, default: f64, name: &str) -> PyResult<Vec<f64>> {
-        each_joint(value, default, self.arm.joints(), name)
+    fn values(&self, value: Given<'_, '_>, default: f64, name: &str) -> PyResult<Vec<f64>> {
+        each_joint(value, default, self.chain.joints(), name)
     }
 
     /// From viscous, coulomb, stribeck, stribeck_speed and smoothing.
-    pub fn rubbing(&self, arguments: [Option<Any<'_, '_>>; 5]) -> PyResult<Self> {
+    pub fn rubbing(&self, arguments: [Given<'_, '_>; 5]) -> PyResult<New<Self>> {
         let none = JointFriction::default();
         let [viscous, coulomb, stribeck, stribeck_speed, smoothing] = arguments;
         let viscous = self.values(viscous, none.viscous, "viscous")?;
@@ -53,23 +55,24 @@ impl PySerial {
             stribeck_speed: speed[joint],
             smoothing: smoothing[joint],
         };
-        let refused = (0..self.arm.joints()).try_for_each(|joint| friction(joint).validate(joint));
+        let refused =
+            (0..self.chain.joints()).try_for_each(|joint| friction(joint).validate(joint));
         refused.map_err(of_argument)?;
         self.each(|joint, link| link.friction = friction(joint))
     }
 
-    pub fn geared(&self, armature: Any<'_, '_>) -> PyResult<Self> {
+    pub fn geared(&self, armature: Any<'_, '_>) -> PyResult<New<Self>> {
         let armature = self.values(Some(armature), 0.0, "armature")?;
         non_negative("armature", &armature).map_err(value_error)?;
         self.each(|joint, link| link.armature = armature[joint])
     }
 
     /// From π.
-    pub fn identified(&self, parameters: Any<'_, '_>) -> PyResult<Self> {
+    pub fn identified(&self, parameters: Any<'_, '_>) -> PyResult<New<Self>> {
         let Numbers { shape, values } = numbers(parameters, "parameters")?;
         let (of_links, rest) = values.as_chunks();
-        if shape.len() != 1 || of_links.len() != self.arm.joints() || !rest.is_empty() {
-            let wanted = format!("({},)", 10 * self.arm.joints());
+        if shape.len() != 1 || of_links.len() != self.chain.joints() || !rest.is_empty() {
+            let wanted = format!("({},)", 10 * self.chain.joints());
             return Err(wrong_shape("parameters", &shape, &wanted));
         }
         finite("parameters", &values).map_err(value_error)?;
@@ -79,16 +82,16 @@ impl PySerial {
     pub fn stopped(
         &self,
         stiffness: Any<'_, '_>,
-        dissipation: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
+        dissipation: Given<'_, '_>,
+    ) -> PyResult<New<Self>> {
         let stiffness = self.values(Some(stiffness), 0.0, "stiffness")?;
         let dissipation = self.values(dissipation, DISSIPATION, "dissipation")?;
-        refuse_stops_without_ends(self.arm.links(), &stiffness)?;
+        refuse_stops_without_ends(self.links(), &stiffness)?;
         let stop = |joint: usize| JointStop {
             stiffness: stiffness[joint],
             dissipation: dissipation[joint],
         };
-        let refused = (0..self.arm.joints()).try_for_each(|joint| stop(joint).validate(joint));
+        let refused = (0..self.chain.joints()).try_for_each(|joint| stop(joint).validate(joint));
         refused.map_err(of_argument)?;
         self.each(|joint, link| link.stop = stop(joint))
     }
@@ -96,29 +99,35 @@ impl PySerial {
     pub fn loaded(
         &self,
         mass: Any<'_, '_>,
-        com: Option<Any<'_, '_>>,
-        inertia: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
+        com: Given<'_, '_>,
+        inertia: Given<'_, '_>,
+    ) -> PyResult<New<Self>> {
         let com = com.map_or(Ok([0.0; 3]), |value| triple(value, "com"))?.into();
         let moments =
             inertia.map_or(Ok(Matrix::<3>::zeros()), |value| moments(value, "inertia"))?;
         let body = Inertia { mass: scalar(mass, "mass")?, com, moments };
-        self.changed(self.arm.with_payload(&body).map_err(of_argument)?)
+        let links = each!(&self.chain, Chains, chain => {
+            chain.with_payload(&body).map(|arm| arm.links().to_vec())
+        });
+        self.changed(links.map_err(of_argument)?)
     }
 
     /// From shares of mass, inertia and friction, and a shift of com.
     pub fn neighbour(
         &self,
         seed: Any<'_, '_>,
-        [mass, com, inertia, friction]: [Option<Any<'_, '_>>; 4],
-    ) -> PyResult<Self> {
+        [mass, com, inertia, friction]: [Given<'_, '_>; 4],
+    ) -> PyResult<New<Self>> {
         let perturbation = Perturbation {
             mass: scalar_or(mass, 0.2, "mass")?,
             com: scalar_or(com, 0.01, "com")?,
             inertia: scalar_or(inertia, 0.2, "inertia")?,
             friction: scalar_or(friction, 0.2, "friction")?,
         };
-        let links = self.arm.perturb(whole(seed, "seed")?, &perturbation);
+        let seed = whole(seed, "seed")?;
+        let links = each!(&self.chain, Chains, chain => {
+            chain.perturb(seed, &perturbation).map(|arm| arm.links().to_vec())
+        });
         self.changed(links.map_err(value_error)?)
     }
 
@@ -128,10 +137,10 @@ impl PySerial {
         py: Python<'_>,
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
-        dt: Option<Any<'_, '_>>,
+        dt: Given<'_, '_>,
     ) -> PyResult<Vec<PyExcess>> {
         let times = [scalar(duration, "duration")?, scalar_or(dt, PERIOD, "dt")?];
-        let excesses = self.arm.check(py, reference, times)?;
+        let excesses = each!(&self.chain, Chains, chain => check(py, chain, reference, times))?;
         let joints = &self.description.joints;
         let named = |excess: crate::design::Excess| {
             PyExcess::new(joints[excess.joint].name.clone(), excess)

@@ -9,7 +9,8 @@ use pyo3::types::{PyMapping, PyString};
 
 use super::convert::{Any, Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
 use super::dispatch::MAX_JOINTS;
-use super::{read_error, saving};
+use super::errors::read_error;
+use super::saving;
 use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
 use crate::robot::{Convention, Description, DhRow, GRAVITY, UrdfOptions};

@@ -9,10 +9,10 @@ use super::convert::{
     Any, Given, finite_scalar, matrix_of, numbers, scalar, scalar_or, wrong_shape,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::errors::value_error;
 use super::form::PyForm;
+use super::motion::{Signal, Triple};
 use super::per_joint::{amplitudes, other_count, per_joint, rows};
-use super::sources::{Signal, Triple};
-use super::value_error;
 use crate::scenario::{
     Motion, MotionSettings, PerJoint, QuinticSettings, SinesSettings, TableSettings,
 };

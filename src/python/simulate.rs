@@ -1,117 +1,41 @@
-//! `Plant` and the simulation call.
+//! The simulation call, its record, and its metrics.
 
-use pyo3::exceptions::{PyKeyboardInterrupt, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
-use super::any_arm::joints_of;
-use super::compensator::Compensation;
 use super::convert::{
-    Any, Array1, array1, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar,
-    type_name, word, wrong_shape,
+    Any, Given, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, word,
+    wrong_shape, wrong_type,
 };
-use super::dispatch::for_joints;
+use super::dispatch::{each, of_joints};
+use super::errors::value_error;
 use super::monitor::Monitor;
-use super::planted::{Plant, Planted, planted};
+use super::plant::{Plant, Plants, PyPlant};
 use super::sources::{AnyReference, Callback};
-use super::tracked::Controller;
+use super::tracked::{Tracker, Trackers};
 use super::tracker::PyComputedTorque;
-use super::value_error;
-use crate::control::{Channel, State, Width};
+use crate::control::{Channel, Width};
 use crate::error::{Error, positive};
 use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolerance, Window};
 
-/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the
-/// actuators.
-///
-/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table,
-/// or a callable (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
-#[pyclass(name = "Plant", module = "steadyarm", frozen)]
-pub(super) struct PyPlant {
-    planted: Box<dyn Planted>,
-    arguments: Py<PyAny>,
-}
-
-#[pymethods]
-impl PyPlant {
-    #[new]
-    #[pyo3(signature = (arm, disturbance=None, effort_limit=None))]
-    fn new(
-        py: Python<'_>,
-        arm: Any<'_, '_>,
-        disturbance: Option<Any<'_, '_>>,
-        effort_limit: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
-        let planted = for_joints!(joints_of(arm)?, planted(arm, disturbance, effort_limit))?;
-        let arguments = (arm, disturbance, planted.effort_limit().to_vec()).into_pyobject(py)?;
-        Ok(Self { planted, arguments: arguments.into_any().unbind() })
-    }
-
-    /// The arm that is really there.
-    #[getter]
-    fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(0)
-    }
-
-    /// τ_d as it was given.
-    #[getter]
-    fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(1)
-    }
-
-    /// Largest torque of each actuator [N·m], (n,); inf without a limit.
-    #[getter]
-    fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        array1(py, self.planted.effort_limit())
-    }
-
-    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One
-    /// step of RK4, with friction and stops solved for where RK4 would be unstable.
-    fn step<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-        tau: Any<'_, 'py>,
-        t: Any<'_, 'py>,
-        dt: Any<'_, 'py>,
-    ) -> PyResult<(Array1<'py>, Array1<'py>)> {
-        self.planted.step(py, [q, dq, tau], t, dt)
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
-        (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
-    }
-
-    fn __traverse__(&self, visit: pyo3::gc::PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
-        self.planted.callback().map_or(Ok(()), |callback| callback.traverse(visit))?;
-        visit.call(&self.arguments)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (arm, disturbance) = (self.arm(py)?, self.disturbance(py)?);
-        Ok(format!("Plant({}, disturbance={})", arm.repr()?, disturbance.repr()?))
-    }
-}
-
 /// Arguments of a simulation that are the same for any joint count, and the start that is not.
-pub(super) struct Settings<'a, 'py> {
+struct Settings<'a, 'py> {
     duration: f64,
     dt: f64,
     method: Method,
     control_period: Option<f64>,
     record_every: usize,
     record: sim::Record,
-    q0: Option<Any<'a, 'py>>,
-    dq0: Option<Any<'a, 'py>>,
+    q0: Given<'a, 'py>,
+    dq0: Given<'a, 'py>,
 }
 
 impl Settings<'_, '_> {
     fn options<const N: usize>(&self) -> PyResult<Options<N>> {
         let Self { duration, dt, method, control_period, record_every, record, q0, dq0 } = *self;
-        let start = |value: Option<Any<'_, '_>>, name| {
-            value.map_or(Ok([0.0; N]), |value| joints(value, name))
-        };
+        let start =
+            |value: Given<'_, '_>, name| value.map_or(Ok([0.0; N]), |value| joints(value, name));
         let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
         Ok(Options { duration, dt, method, control_period, q0, dq0, record_every, record })
     }
@@ -132,9 +56,9 @@ pub(super) fn simulate<'py>(
     duration: Any<'_, 'py>,
     dt: Any<'_, 'py>,
     method: Any<'_, 'py>,
-    control_period: Option<Any<'_, 'py>>,
-    q0: Option<Any<'_, 'py>>,
-    dq0: Option<Any<'_, 'py>>,
+    control_period: Given<'_, 'py>,
+    q0: Given<'_, 'py>,
+    dq0: Given<'_, 'py>,
     rtol: Any<'_, 'py>,
     atol: Any<'_, 'py>,
     record_every: Any<'_, 'py>,
@@ -154,45 +78,47 @@ pub(super) fn simulate<'py>(
         _ => sim::Record::All,
     };
     let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
-    let plant = plant.cast::<PyPlant>().map_err(|_| {
-        PyTypeError::new_err(format!("plant: got {}, wants a Plant", type_name(plant)))
-    })?;
-    let tracker = tracker.cast::<PyComputedTorque>().map_err(|_| {
-        PyTypeError::new_err(format!("tracker: got {}, wants a ComputedTorque", type_name(tracker)))
-    })?;
+    let plant = plant.cast::<PyPlant>().map_err(|_| wrong_type("plant", plant, "a Plant"))?;
+    let tracker = tracker
+        .cast::<PyComputedTorque>()
+        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?;
     let mut twin = PyComputedTorque::twin(tracker)?;
     let start = twin.parts(py).1;
-    let (plant, monitor) = (&*plant.get().planted, Monitor::new(progress));
-    let (record, raised) = twin.tracked.simulate(py, plant, reference, settings, monitor)?;
+    let (plants, monitor) = (&plant.get().plants, Monitor::new(progress));
+    let (record, raised) = each!(&mut twin.trackers, Trackers, tracker => {
+        simulated(py, plants, tracker, reference, settings, monitor)
+    })?;
     record.set_item("start", start)?;
     record.set_item("tracker", twin.parts(py))?;
     Ok((record, raised))
 }
 
-/// The part of [`simulate`] that knows the joint count. `state` ends as the run left it.
-pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
+/// The part of [`simulate`] that knows the joint count. The tracker ends as the run left it.
+fn simulated<'py, const N: usize>(
     py: Python<'py>,
-    plant: &dyn Planted,
-    controller: &Controller<N, C>,
-    state: &mut State<N, C::State>,
+    plants: &Plants,
+    tracker: &mut Tracker<N>,
     reference: Any<'_, 'py>,
     settings: Settings<'_, 'py>,
     mut monitor: Monitor,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
-    let joints = plant.joints();
-    let plant = plant.as_any().downcast_ref::<Plant<N>>().ok_or_else(|| {
+    let joints = plants.joints();
+    let plant = each!(plants, Plants, plant => of_joints::<Plant<N>>(&**plant));
+    let plant = plant.ok_or_else(|| {
         let message = format!("plant: got one of {joints} joints, wants {N}, as the tracker has");
         PyValueError::new_err(message)
     })?;
+    let Tracker { controller, state, latest } = tracker;
+    *latest = None;
     let options = settings.options()?;
     let reference = AnyReference::new(reference)?;
     let run = py.detach(|| {
-        sim::simulate(plant, controller, state, &reference, &options, |t| monitor.look(t))
+        sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
     // All are asked: the plant outlives the run.
-    let [of_reference, of_disturbance] =
-        [reference.callback(), plant.callback()].map(|it| it.and_then(Callback::raised));
+    let [of_reference, of_disturbance] = [reference.callback(), plant.disturbance.callback()]
+        .map(|it| it.and_then(Callback::raised));
     let raised = match monitor.raised.or(of_reference).or(of_disturbance) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };
@@ -202,10 +128,9 @@ pub(super) fn simulated<'py, const N: usize, C: Compensation<N>>(
     };
     let record = record(py, run)?;
     let (compensator, state) = (&controller.compensator, &state.compensator);
-    let weights = compensator.dense().ok().map(|_| compensator.weights(state)).transpose()?;
-    let rows = |w: Vec<f64>| (w.len() / N, w);
-    let weights = weights.map(rows).map(|(columns, w)| owned2(py, w, columns)).transpose()?;
-    record.set_item("weights", weights)?;
+    let weights = compensator.weights(state).ok();
+    let weights = weights.map(|w| (w.len() / N, w)).map(|(columns, w)| owned2(py, w, columns));
+    record.set_item("weights", weights.transpose()?)?;
     record.set_item("dictionary", compensator.dictionary(py, state)?)?;
     Ok((record, raised))
 }
@@ -291,7 +216,7 @@ pub(super) fn metrics<'py>(
     py: Python<'py>,
     t: Any<'_, 'py>,
     e: Any<'_, 'py>,
-    tau: Option<Any<'_, 'py>>,
+    tau: Given<'_, 'py>,
     window: Any<'_, 'py>,
     band: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {

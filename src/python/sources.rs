@@ -1,6 +1,5 @@
 //! References and disturbances of `N` joints: built-in signals, or any Python callable.
 
-use core::any::Any as Type;
 use std::sync::Mutex;
 
 use pyo3::PyTraverseError;
@@ -8,9 +7,10 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
-use super::any_arm::{AnyArm, joints_of};
-use super::convert::{Any, Array1, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
-use super::dispatch::{for_joints, same_joints};
+use super::any_arm::{AnyArm, Arms};
+use super::arm::PyArm;
+use super::convert::{Any, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
+use super::dispatch::{each, same_joints};
 use super::signals::PyMotion;
 use crate::arm::Arm;
 use crate::control::Sample;
@@ -18,29 +18,6 @@ use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Reference, Setpoint};
 use crate::scenario::Motion;
-
-/// (q_d, dq_d, ddq_d).
-pub(super) type Triple<'py> = (Array1<'py>, Array1<'py>, Array1<'py>);
-
-/// A built-in signal of any joint count: what `Sines`, `Quintic` and `Table` hold.
-pub(super) trait Signal: Send + Sync {
-    fn at_time<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py>;
-
-    /// The [`Motion`] itself.
-    fn as_any(&self) -> &dyn Type;
-}
-
-impl<const N: usize> Signal for Motion<N> {
-    fn at_time<'py>(&self, py: Python<'py>, t: f64) -> Triple<'py> {
-        let Setpoint { q, dq, ddq } = self.at(t);
-        let array = |x: &Vector<N>| array1(py, x.as_slice());
-        (array(&q), array(&dq), array(&ddq))
-    }
-
-    fn as_any(&self) -> &dyn Type {
-        self
-    }
-}
 
 /// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
 pub(super) struct Callback {
@@ -169,21 +146,22 @@ pub(super) fn desired_motion<'py>(
     q: Any<'_, 'py>,
     dq: Any<'_, 'py>,
 ) -> PyResult<[Array2<'py>; 5]> {
-    let joints = joints_of(arm)?;
+    let PyArm { arms } = PyArm::of(arm)?;
+    let joints = arms.joints();
     let t = numbers(t, "t")?.values;
     let q = matrix_of(q, "q", t.len(), joints)?;
     let dq = matrix_of(dq, "dq", t.len(), joints)?;
-    for_joints!(joints, desired(py, reference, arm, &t, [&q, &dq]))
+    each!(arms, Arms, arm => desired(py, reference, &**arm, &t, [&q, &dq]))
 }
 
 fn desired<'py, const N: usize>(
     py: Python<'py>,
     reference: Any<'_, 'py>,
-    arm: Any<'_, 'py>,
+    arm: &AnyArm<N>,
     t: &[f64],
     [q, dq]: [&[f64]; 2],
 ) -> PyResult<[Array2<'py>; 5]> {
-    let (reference, wraps) = (AnyReference::<N>::new(reference)?, AnyArm::<N>::new(arm)?.wraps());
+    let (reference, wraps) = (AnyReference::<N>::new(reference)?, arm.wraps());
     let mut columns = [(); 5].map(|()| Vec::with_capacity(N * t.len()));
     py.detach(|| {
         for ((t, q), dq) in t.iter().zip(q.chunks_exact(N)).zip(dq.chunks_exact(N)) {

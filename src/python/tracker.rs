@@ -1,4 +1,4 @@
-//! `ComputedTorque`: the stepwise controller, with its state.
+//! `ComputedTorque`: the stepwise controller.
 
 use std::path::PathBuf;
 
@@ -8,12 +8,17 @@ use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
-use super::any_arm::joints_of;
+use super::arm::PyArm;
 use super::compensator::compensator_of;
-use super::convert::{Any, Array1, Array2, array1, matrix_of, owned2, wrong_type};
-use super::dispatch::for_joints;
-use super::tracked::{Arguments, Part, Tracked, tracker};
-use super::{saving, value_error};
+use super::convert::{
+    Any, Array1, Array2, Given, array1, matrix_of, owned2, scalar, vector, wrong_type,
+};
+use super::dispatch::{each, for_joints};
+use super::errors::value_error;
+use super::saving;
+use super::tracked::{Arguments, Controller, Tracker, Trackers, tracker};
+use crate::control::{Gains, Limits};
+use crate::reference::Setpoint;
 
 /// Computed torque for the nominal arm, τ = M₀(v - ρ̂) + H₀ with v = ddq_d - K_v de - K_p e (eqs.
 /// 7, 11, 12).
@@ -24,20 +29,17 @@ use super::{saving, value_error};
 #[pyclass(name = "ComputedTorque", module = "steadyarm")]
 pub(super) struct PyComputedTorque {
     arguments: Py<PyAny>,
-    pub tracked: Box<dyn Tracked>,
+    pub trackers: Trackers,
 }
 
 impl PyComputedTorque {
-    fn latest<'py>(&self, py: Python<'py>, part: Part) -> Option<Array1<'py>> {
-        self.tracked.latest(part).map(|values| array1(py, values))
-    }
-
     /// The same tracker in the same state, of which one may go on alone.
     pub fn twin(tracker: &Bound<'_, Self>) -> PyResult<Self> {
         let this = tracker.try_borrow().map_err(|_| {
             PyRuntimeError::new_err("tracker: it is in the middle of a step, wants one that is not")
         })?;
-        Ok(Self { arguments: this.arguments.clone_ref(tracker.py()), tracked: this.tracked.twin() })
+        let trackers = each!(&this.trackers, Trackers, it => Tracker::clone(it).into());
+        Ok(Self { arguments: this.arguments.clone_ref(tracker.py()), trackers })
     }
 
     /// What it is made of: its arguments, and what it remembers.
@@ -46,13 +48,19 @@ impl PyComputedTorque {
     }
 
     fn restore(&mut self, bytes: &[u8]) -> crate::error::Result<()> {
-        self.tracked.restore(bytes)
+        each!(&mut self.trackers, Trackers, it => {
+            (it.state, it.latest) = (it.controller.compensator.restored(bytes)?, None);
+        });
+        Ok(())
     }
 
     fn write_weights(&mut self, weights: Any<'_, '_>, prior: bool) -> PyResult<()> {
-        let (rows, columns) = (self.tracked.joints(), self.tracked.weights_columns()?);
-        let weights = matrix_of(weights, "weights", rows, columns)?;
-        self.tracked.set_weights(&weights, prior)
+        let rows = self.trackers.joints();
+        each!(&mut self.trackers, Trackers, it => {
+            let compensator = &it.controller.compensator;
+            let weights = matrix_of(weights, "weights", rows, compensator.rules()?)?;
+            compensator.set_weights(&mut it.state.compensator, &weights, prior)
+        })
     }
 }
 
@@ -65,21 +73,23 @@ impl PyComputedTorque {
         arm: Any<'_, '_>,
         kp: Any<'_, '_>,
         kv: Any<'_, '_>,
-        compensator: Option<Any<'_, '_>>,
-        effort_limit: Option<Any<'_, '_>>,
-        effort_rate_limit: Option<Any<'_, '_>>,
+        compensator: Given<'_, '_>,
+        effort_limit: Given<'_, '_>,
+        effort_rate_limit: Given<'_, '_>,
     ) -> PyResult<Self> {
         let given = Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit };
-        let joints = joints_of(arm)?;
-        let tracked = for_joints!(joints, tracker(&given))?;
-        let ([kp, kv], [effort, effort_rate]) = (tracked.gains(), tracked.limits());
+        let joints = PyArm::of(arm)?.joints();
+        let trackers = for_joints!(joints, tracker(&given))?;
+        let [kp, kv, effort, effort_rate] = each!(&trackers, Trackers, it => {
+            let Limits { effort_limit, effort_rate_limit } = it.controller.limits;
+            let Gains { kp, kv } = it.controller.law.gains;
+            [kp, kv, effort_limit, effort_rate_limit].map(|values| values.to_vec())
+        });
         // Scalars of the compensator count for the joints of this arm.
         let compensator =
             compensator.map(|c| compensator_of(c)?.of_joints(py, joints)).transpose()?;
-        let arguments =
-            (arm, kp.to_vec(), kv.to_vec(), compensator, effort.to_vec(), effort_rate.to_vec());
-        let arguments = arguments.into_pyobject(py)?.into_any().unbind();
-        Ok(Self { arguments, tracked })
+        let arguments = (arm, kp, kv, compensator, effort, effort_rate).into_pyobject(py)?;
+        Ok(Self { arguments: arguments.into_any().unbind(), trackers })
     }
 
     /// One sample: the torque [N·m], (n,), to hold for dt [s]; adapts the weights.
@@ -98,55 +108,70 @@ impl PyComputedTorque {
         ddq_d: Any<'_, 'py>,
         dt: Any<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
-        self.tracked.step(py, [q, dq, q_d, dq_d, ddq_d], dt)
+        each!(&mut self.trackers, Trackers, it => {
+            let (q, dq) = (vector(q, "q")?, vector(dq, "dq")?);
+            let (q_d, dq_d) = (vector(q_d, "q_d")?, vector(dq_d, "dq_d")?);
+            let desired = Setpoint { q: q_d, dq: dq_d, ddq: vector(ddq_d, "ddq_d")? };
+            let tau = it.step(&q, &dq, &desired, scalar(dt, "dt")?).map_err(value_error)?;
+            Ok(array1(py, tau.as_slice()))
+        })
     }
 
     /// Forget everything: weights, prior, last torque, count of steps. As a new one, to the bit,
     /// and not frozen.
     fn reset(&mut self) {
-        self.tracked.reset();
+        each!(&mut self.trackers, Trackers, it => {
+            it.controller.reset(&mut it.state);
+            it.latest = None;
+        });
     }
 
     /// M₀v + H₀ of the latest step [N·m], (n,); None before it.
     #[getter]
     fn tau_model<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        self.latest(py, Part::Model)
+        each!(&self.trackers, Trackers, it => {
+            it.latest.as_ref().map(|it| array1(py, it.model.as_slice()))
+        })
     }
 
     /// -M₀ρ̂ of the latest step [N·m], (n,); None before it.
     #[getter]
     fn tau_compensation<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        self.latest(py, Part::Compensation)
+        each!(&self.trackers, Trackers, it => {
+            it.latest.as_ref().map(|it| array1(py, it.compensation.as_slice()))
+        })
     }
 
     /// ρ̂ of the latest step [rad/s²], (n,); None before it.
     #[getter]
     fn rho_hat<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        self.latest(py, Part::RhoHat)
+        each!(&self.trackers, Trackers, it => {
+            it.latest.as_ref().map(|it| array1(py, it.rho_hat.as_slice()))
+        })
     }
 
     /// Whether a limit cut the latest torque; nothing was learnt then.
     #[getter]
     fn limited(&self) -> bool {
-        self.tracked.limited()
+        each!(&self.trackers, Trackers, it => it.latest.is_some_and(|it| it.limited))
     }
 
     /// Number of samples accepted.
     #[getter]
     fn steps(&self) -> u64 {
-        self.tracked.steps()
+        each!(&self.trackers, Trackers, it => it.state.steps)
     }
 
     /// K_p [1/s²], (n,).
     #[getter]
     fn kp<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        array1(py, self.tracked.gains()[0])
+        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kp))
     }
 
     /// K_v [1/s], (n,).
     #[getter]
     fn kv<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        array1(py, self.tracked.gains()[1])
+        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kv))
     }
 
     /// The nominal arm.
@@ -165,7 +190,8 @@ impl PyComputedTorque {
     #[getter]
     #[pyo3(name = "P")]
     fn p<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
-        self.tracked.p().map(|p| owned2(py, p, 2 * self.tracked.joints())).transpose()
+        let p = each!(&self.trackers, Trackers, it => it.p());
+        p.map(|p| owned2(py, p, 2 * self.trackers.joints())).transpose()
     }
 
     /// W, (n, rules), a copy; None without a compensator; TypeError in the kernel form, which has
@@ -175,7 +201,11 @@ impl PyComputedTorque {
         if self.compensator(py)?.is_none() {
             return Ok(None);
         }
-        owned2(py, self.tracked.weights()?, self.tracked.weights_columns()?).map(Some)
+        each!(&self.trackers, Trackers, it => {
+            let compensator = &it.controller.compensator;
+            let weights = compensator.weights(&it.state.compensator)?;
+            owned2(py, weights, compensator.rules()?).map(Some)
+        })
     }
 
     #[setter]
@@ -194,28 +224,33 @@ impl PyComputedTorque {
     /// went because it was full; error_bound (n,): of |W - W_exact|, what both lost [rad/s²].
     #[getter]
     fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        self.tracked.dictionary(py)
+        each!(&self.trackers, Trackers, it => {
+            it.controller.compensator.dictionary(py, &it.state.compensator)
+        })
     }
 
     /// Stop adapting; the weights stay in use.
     fn freeze(&mut self) -> PyResult<()> {
-        self.tracked.set_frozen(true)
+        each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(true))
     }
 
     /// Adapt again.
     fn unfreeze(&mut self) -> PyResult<()> {
-        self.tracked.set_frozen(false)
+        each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(false))
     }
 
     /// Whether adaptation is stopped.
     #[getter]
     fn frozen(&self) -> bool {
-        self.tracked.frozen()
+        each!(&self.trackers, Trackers, it => it.state.compensator.frozen())
     }
 
     /// What the controller remembers, as bytes: versioned, checksummed, exact to the bit.
     fn __getstate__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        PyBytes::new(py, &self.tracked.saved())
+        let saved = each!(&self.trackers, Trackers, it => {
+            it.controller.compensator.save(&it.state)
+        });
+        PyBytes::new(py, &saved)
     }
 
     fn __setstate__(&mut self, bytes: Any<'_, '_>) -> PyResult<()> {
@@ -257,8 +292,10 @@ impl PyComputedTorque {
     }
 
     fn __repr__(&self) -> String {
-        let [kp, kv] = self.tracked.gains();
-        let compensator = self.tracked.compensator();
-        format!("ComputedTorque(kp={kp:?}, kv={kv:?}, compensator: {compensator})")
+        each!(&self.trackers, Trackers, it => {
+            let Controller { law, compensator, .. } = &*it.controller;
+            let (Gains { kp, kv }, compensator) = (&law.gains, compensator.words());
+            format!("ComputedTorque(kp={kp:?}, kv={kv:?}, compensator: {compensator})")
+        })
     }
 }

@@ -10,7 +10,6 @@ use crate::error::Result;
 /// Parameters of a [`TwoLink`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct TwoLinkSettings {
     /// Mass of each link [kg].
     pub mass: PerJoint,
@@ -92,7 +91,6 @@ impl From<&TwoLinkParameters> for TwoLinkSettings {
 /// Gains and limits of a controller.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct ControllerSettings {
     /// K_p [1/s²].
     pub kp: PerJoint,

@@ -23,7 +23,6 @@ use crate::robot::{ReadError, limited};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct Scenario {
     /// The two-link arm that the controller believes in.
     pub two_link: Option<TwoLinkSettings>,

@@ -50,7 +50,6 @@ impl Rules {
 /// Parameters of a [`FuzzyBasis`] or a [`KernelBasis`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct BasisSettings {
     /// How sets combine to rules.
     pub form: Rules,
@@ -176,7 +175,6 @@ impl BasisSettings {
 /// Parameters of a fuzzy compensator, in either form.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct CompensatorSettings {
     /// ξ and the signals that it sees.
     pub basis: BasisSettings,

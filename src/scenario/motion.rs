@@ -43,7 +43,6 @@ impl<const N: usize> Reference<N> for Motion<N> {
 /// A motion of any joint count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub enum MotionSettings {
     /// A sum of sines.
     Sines(SinesSettings),
@@ -97,7 +96,6 @@ impl MotionSettings {
 /// Parameters of [`Sines`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct SinesSettings {
     /// ω [rad/s]: one, or K.
     pub frequency: PerJoint,
@@ -176,7 +174,6 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> From<&Sines<N, T>> for SinesSettin
 /// Parameters of [`Quintic`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct QuinticSettings {
     /// Where it starts [rad].
     pub start: PerJoint,
@@ -203,7 +200,6 @@ impl QuinticSettings {
 /// Parameters of [`Table`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub struct TableSettings {
     /// Times of the samples [s], increasing.
     pub t: Vec<f64>,

@@ -10,7 +10,6 @@ use crate::error::{Error, Result, length};
 /// One number for all joints, or one a joint.
 #[derive(Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub enum PerJoint {
     /// The same for all.
     All(f64),
@@ -87,7 +86,6 @@ impl<const N: usize> From<[f64; N]> for PerJoint {
 /// A number, a list of numbers, or a list of such lists.
 #[derive(Clone, PartialEq, Serialize)]
 #[serde(untagged)]
-#[cfg_attr(feature = "python", derive(pyo3::IntoPyObjectRef))]
 pub enum Numbers {
     /// A number, or a list.
     Same(PerJoint),

@@ -1,4 +1,4 @@
-"""Arms of 1 to 8 joints: the same tracker, plant, signals and saved states for each."""
+"""Arms of 1 to 12 joints: the same tracker, plant, signals and saved states for each."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import pytest
 import steadyarm as sa
 from scenes import CENTERS, WIDTH, actual, nominal, samples
 
-EACH = range(1, 9)
+EACH = range(1, 13)
 
 
 def arm(joints: int, **change: Any) -> sa.Serial:
@@ -250,14 +250,14 @@ CASES: list[tuple[str, Callable[[], object]]] = [
     ),
     ("q: got shape (4,), wants a scalar, (6,)", lambda: compensator(gain=THREE + 1, q=np.ones(4))),
     ("q: got shape (3,), wants a scalar, (2n,)", lambda: compensator(q=np.ones(3))),
-    ("q: got shape (18,), wants a scalar, (2n,)", lambda: compensator(q=np.ones(18))),
+    ("q: got shape (26,), wants a scalar, (2n,)", lambda: compensator(q=np.ones(26))),
     (
         "rules: got 6103515625, wants at most 1048576",
         lambda: tracker(7, compensator=compensator(basis=sa.FuzzyBasis("grid", CENTERS, 1.0))),
     ),
-    ("joints: got 9, wants 1 to 8", lambda: sa.FuzzyBasis("shared", CENTERS, 1.0, joints=9)),
+    ("joints: got 13, wants 1 to 12", lambda: sa.FuzzyBasis("shared", CENTERS, 1.0, joints=13)),
     ("joints: got 0, wants a whole", lambda: sa.FuzzyBasis("shared", CENTERS, 1.0, joints=0)),
-    ("joints: got 9, wants 1 to 8", lambda: arm(9)),
+    ("joints: got 13, wants 1 to 12", lambda: arm(13)),
     ("q: got shape (2,), wants (3,)", lambda: step(3, q=TWO)),
     ("ddq_d: got shape (8,), wants (7,)", lambda: step(7, ddq_d=np.zeros(8))),
     ("plant: got one of 2 joints, wants 3", lambda: simulate(plant=sa.Plant(actual()))),

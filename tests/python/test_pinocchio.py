@@ -11,9 +11,9 @@ import steadyarm as sa
 pin = pytest.importorskip("pinocchio")
 
 TOL = 1e-10
-"""Relative to the largest entry: both compute in double precision, along 8 joints at most."""
+"""Relative to the largest entry: both compute in double precision, along 12 joints at most."""
 
-MOST_JOINTS = 8
+MOST_JOINTS = 12
 MOVING = ("revolute", "continuous", "prismatic")
 GRAVITY = (0.3, -0.2, -9.81)
 
@@ -80,7 +80,7 @@ def robot_chains():
 
 
 def random_chain(seed):
-    """Return the URDF of a random chain of 1 to 8 joints, some links fixed to others."""
+    """Return the URDF of a random chain of 1 to 12 joints, some links fixed to others."""
     random = np.random.default_rng(seed)
     robot = ['<robot name="random"><link name="base"/>']
     parent, count = "base", random.integers(1, MOST_JOINTS + 1)

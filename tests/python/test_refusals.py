@@ -174,7 +174,7 @@ def test_vector_of_wrong_shape_is_refused(call: Any, name: str, wanted: str) -> 
     shapes: list[tuple[int, ...]] = [(1,), (3,), (0,), (2, 1), (1, 2), (2, 2)]
     joints = r"\(2,\)"
     if call in OF_ANY_ARM:
-        shapes, joints = [*shapes[2:], (9,)], r"\(n,\) with n from 1 to 8"
+        shapes, joints = [*shapes[2:], (13,)], r"\(n,\) with n from 1 to 12"
     for shape in shapes:
         got = re.escape(f"{name}: got shape {shape}")
         refused(

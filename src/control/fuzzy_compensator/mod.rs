@@ -6,6 +6,7 @@
 
 mod state;
 mod step;
+mod tasks;
 
 pub use state::FuzzyState;
 
@@ -207,12 +208,6 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// W − W₀, and W₀ where something pulls the weights to it.
     pub(super) fn matrices(&self) -> usize {
         if self.update.parameters.adaptation.pulls() { 2 } else { 1 }
-    }
-
-    /// Block of the basis that joint n uses.
-    #[inline]
-    fn block_of(&self, n: usize) -> usize {
-        if self.basis.blocks() == 1 { 0 } else { n }
     }
 }
 

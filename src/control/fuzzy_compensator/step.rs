@@ -3,11 +3,15 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::tasks::{Activate, Dots, Products, Runs, Shared, WriteRows};
 use super::{FuzzyCompensator, FuzzyState, Places};
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
-use crate::fuzzy::kernels::{accumulate, contract, flush};
+use crate::fuzzy::kernels::flush;
 use crate::math::Vector;
+
+/// Up to so many joints a stage is compiled as a whole.
+const WHOLE: usize = 2;
 
 /// Denormal weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
@@ -19,7 +23,8 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         stage: &Stage<'_>,
         sample: &Sample<N>,
     ) -> Vector<N> {
-        Arch::new().dispatch(Estimate { compensator: self, state, stage, sample })
+        let task = Estimate { compensator: self, state, stage, sample };
+        if N <= WHOLE { Arch::new().dispatch(task) } else { task.with(Shared) }
     }
 
     #[inline]
@@ -49,7 +54,12 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
             stages.mixes[count].scale(retraction);
             stages.retracted = retraction != 1.0;
         }
-        Arch::new().dispatch(WriteWeights { compensator: self, state, count });
+        let task = WriteWeights { compensator: self, state, count };
+        if N <= WHOLE {
+            Arch::new().dispatch(task)
+        } else {
+            task.with(Shared)
+        }
         Ok(())
     }
 
@@ -75,7 +85,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
     }
 }
 
-/// A stage, compiled as a whole for the instruction set at hand.
+/// A stage.
 struct Estimate<'a, const N: usize, B: Buffer> {
     compensator: &'a FuzzyCompensator<N>,
     state: &'a mut FuzzyState<N, B>,
@@ -83,27 +93,42 @@ struct Estimate<'a, const N: usize, B: Buffer> {
     sample: &'a Sample<N>,
 }
 
-impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
-    type Output = Vector<N>;
-
+impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) -> Vector<N> {
+    fn with(self, tasks: impl Runs) -> Vector<N> {
         let Self { compensator, state, stage, sample } = self;
         let i = stage.index;
-        compensator.activate(simd, state, i, sample);
-        compensator.correlate(simd, state, stage);
+        compensator.activate(tasks, state, i, sample);
+        compensator.correlate(tasks, state, stage);
         let (update, frozen) = (&compensator.update, state.frozen);
         update.mix(&mut state.stages, stage, update.leak_rate(frozen));
-        compensator.contract(simd, state, i);
+        compensator.contract(tasks, state, i);
         update.learn(&mut state.stages, &state.norms, i, sample, frozen);
         state.stages.prior[i] + state.stages.learnt[i]
     }
 }
 
+impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
+    type Output = Vector<N>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Vector<N> {
+        self.with(simd)
+    }
+}
+
+/// The end of a step.
 struct WriteWeights<'a, const N: usize, B: Buffer> {
     compensator: &'a FuzzyCompensator<N>,
     state: &'a mut FuzzyState<N, B>,
     count: usize,
+}
+
+impl<const N: usize, B: Buffer> WriteWeights<'_, N, B> {
+    #[inline(always)]
+    fn with(self, tasks: impl Runs) {
+        self.compensator.write_weights(tasks, self.state, self.count);
+    }
 }
 
 impl<const N: usize, B: Buffer> WithSimd for WriteWeights<'_, N, B> {
@@ -111,16 +136,16 @@ impl<const N: usize, B: Buffer> WithSimd for WriteWeights<'_, N, B> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        self.compensator.write_weights(simd, self.state, self.count);
+        self.with(simd);
     }
 }
 
 impl<const N: usize> FuzzyCompensator<N> {
     /// Evaluates the basis into the place of stage i.
     #[inline(always)]
-    fn activate<S: Simd, B: Buffer>(
+    fn activate<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut FuzzyState<N, B>,
         i: usize,
         sample: &Sample<N>,
@@ -130,70 +155,51 @@ impl<const N: usize> FuzzyCompensator<N> {
         let (activations, rest) = memory[stages..].split_at_mut(x - stages);
         let (x, scratch) = rest.split_at_mut(scratch - x);
         self.update.parameters.inputs.gather(sample, x);
-        self.basis.activate(simd, x, scratch, &mut activations[i * stage..(i + 1) * stage]);
+        let activation = &mut activations[i * stage..(i + 1) * stage];
+        tasks.run(Activate { basis: &self.basis, x, scratch, activation });
         state.stages.known[i] = 0;
     }
 
     /// The products of both weight matrices with the basis of stage i.
     #[inline(always)]
-    fn contract<S: Simd, B: Buffer>(&self, simd: S, state: &mut FuzzyState<N, B>, i: usize) {
+    fn contract<B: Buffer>(&self, tasks: impl Runs, state: &mut FuzzyState<N, B>, i: usize) {
         let memory = state.memory.as_slice();
-        let activation = self.activation(memory, i);
-        self.products(simd, memory, activation, &mut state.stages.own[i]);
-        if state.prior {
-            self.products(
-                simd,
-                &memory[self.places.matrix..],
-                activation,
-                &mut state.stages.prior[i],
-            );
-        }
-    }
-
-    #[inline(always)]
-    fn products<S: Simd>(&self, simd: S, memory: &[f64], activation: &[f64], out: &mut Vector<N>) {
-        let (dyads, len) = (self.basis.dyads(), self.basis.row_len());
-        let row = |n: usize| &memory[n * len..(n + 1) * len];
+        let (basis, activation) = (&self.basis, self.activation(memory, i));
         let mut products = Vector::<N>::zeros();
-        let (together, mut n) = (self.basis.blocks() == 1, 0);
-        while n < N {
-            let xi = self.basis.block(activation, self.block_of(n));
-            if together && n + 1 < N {
-                [products[n], products[n + 1]] = contract(simd, [row(n), row(n + 1)], dyads, xi);
-                n += 2;
-            } else {
-                [products[n]] = contract(simd, [row(n)], dyads, xi);
-                n += 1;
-            }
+        tasks.run(Products { basis, matrix: memory, activation, out: products.as_mut_slice() });
+        state.stages.own[i] = products;
+        if state.prior {
+            let matrix = &memory[self.places.matrix..];
+            tasks.run(Products { basis, matrix, activation, out: products.as_mut_slice() });
+            state.stages.prior[i] = products;
         }
-        *out = products;
     }
 
     /// ξᵢ·ξⱼ with itself and with every earlier stage, where the law or a record needs it.
     #[inline(always)]
-    fn correlate<S: Simd, B: Buffer>(
+    fn correlate<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut FuzzyState<N, B>,
         stage: &Stage<'_>,
     ) {
         let i = stage.index;
         if self.update.needs_norms(i) {
             for j in 0..=i {
-                self.products_with(simd, state, j, |_| true);
+                self.products_with(tasks, state, j, |_| true);
             }
         } else {
             let squared = self.update.parameters.adaptation.normalization > 0.0;
             let used = |j: usize| stage.coefficients.get(j).map_or(squared, |a| *a != 0.0);
-            self.products_with(simd, state, i, used);
+            self.products_with(tasks, state, i, used);
         }
     }
 
     /// ξᵢ·ξⱼ for the stages j ≤ i that are `used`, unless it is known.
     #[inline(always)]
-    fn products_with<S: Simd, B: Buffer>(
+    fn products_with<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut FuzzyState<N, B>,
         i: usize,
         used: impl Fn(usize) -> bool,
@@ -204,7 +210,8 @@ impl<const N: usize> FuzzyCompensator<N> {
         let mut known = state.stages.known[i];
         for (j, gram) in state.stages.gram[i][..=i].iter_mut().enumerate() {
             if known >> j & 1 == 0 && used(j) {
-                self.basis.dots(simd, own, self.slot(activations, j), gram.as_mut_slice());
+                let activations = [own, self.slot(activations, j)];
+                tasks.run(Dots { basis: &self.basis, activations, out: gram.as_mut_slice() });
                 known |= 1 << j;
             }
         }
@@ -213,42 +220,33 @@ impl<const N: usize> FuzzyCompensator<N> {
 
     /// D ← keep D + Σ cⱼ ξⱼᵀ over the stages before `count`, row by row.
     #[inline(always)]
-    fn write_weights<S: Simd, B: Buffer>(
+    fn write_weights<B: Buffer>(
         &self,
-        simd: S,
+        tasks: impl Runs,
         state: &mut FuzzyState<N, B>,
         count: usize,
     ) {
         let Places { matrix, stages, .. } = self.places;
         let (weights, rest) = state.memory.as_mut_slice().split_at_mut(matrix);
-        let activations = &rest[stages - matrix..];
+        let slots = &rest[stages - matrix..];
         let mix = &state.stages.mixes[count];
-        let (mut stages, mut terms) = ([0; MAX_STAGES], [&[][..]; MAX_STAGES]);
+        let (mut coefficients, mut activations) = ([&[][..]; MAX_STAGES], [&[][..]; MAX_STAGES]);
         let mut used = 0;
         for j in 0..count {
             if mix.terms[j].iter().any(|c| *c != 0.0) {
-                (stages[used], terms[used]) = (j, self.basis.block(self.slot(activations, j), 0));
+                coefficients[used] = mix.terms[j].as_slice();
+                activations[used] = self.slot(slots, j);
                 used += 1;
             }
         }
-        let (stages, terms) = (&stages[..used], &mut terms[..used]);
-        let mut rest = &mut weights[..];
-        for n in 0..N {
-            let (row, others) = rest.split_at_mut(self.basis.row_len());
-            let mut coefficients = [0.0; MAX_STAGES];
-            for (k, &j) in stages.iter().enumerate() {
-                coefficients[k] = mix.terms[j][n];
-                if self.block_of(n) > 0 {
-                    terms[k] = self.basis.block(self.slot(activations, j), n);
-                }
-            }
-            if used > 0 || mix.keep[n] != 1.0 {
-                let coefficients = &coefficients[..used];
-                state.norms[n] =
-                    accumulate(simd, row, mix.keep[n], self.basis.dyads(), coefficients, terms);
-            }
-            rest = others;
-        }
+        tasks.run(WriteRows {
+            basis: &self.basis,
+            weights: &mut *weights,
+            norms: state.norms.as_mut_slice(),
+            keep: mix.keep.as_slice(),
+            coefficients: &coefficients[..used],
+            activations: &activations[..used],
+        });
         state.advances += 1;
         if state.advances.is_multiple_of(FLUSH_EVERY) {
             flush(weights);

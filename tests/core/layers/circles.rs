@@ -7,31 +7,9 @@ use super::names::{Kind, is_name, names, tokens};
 use super::{Source, files};
 
 /// Circles that remain, as sets of files that need each other. Do not add: take apart.
-const KNOWN: [&[&str]; 6] = [
+const KNOWN: [&[&str]; 5] = [
     &["arm/implicit.rs", "arm/mod.rs", "arm/posed.rs", "arm/resistance.rs"],
     &["arm/serial/joint.rs", "arm/serial/mod.rs"],
-    &[
-        "python/any_arm.rs",
-        "python/arm.rs",
-        "python/basis.rs",
-        "python/compensator.rs",
-        "python/convert.rs",
-        "python/design.rs",
-        "python/fuzzy.rs",
-        "python/limits.rs",
-        "python/mod.rs",
-        "python/per_joint.rs",
-        "python/planted.rs",
-        "python/riccati.rs",
-        "python/serial.rs",
-        "python/serial_arm.rs",
-        "python/serial_files.rs",
-        "python/signals.rs",
-        "python/simulate.rs",
-        "python/sources.rs",
-        "python/tracked.rs",
-        "python/tracker.rs",
-    ],
     &["riccati/attenuation.rs", "riccati/certificate.rs", "riccati/mod.rs", "riccati/regulator.rs"],
     &["robot/checks.rs", "robot/mod.rs"],
     &["robot/toml/mod.rs", "robot/toml/write.rs"],

@@ -1,0 +1,130 @@
+//! The loops over rules: what a step does with the weights, whatever the joint count.
+//!
+//! Each is a task for the instruction set at hand. A compensator of one or two joints has them in
+//! line, in a stage that is compiled as a whole; beyond that, where a stage takes a microsecond and
+//! more, all joint counts share one copy of each.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::MAX_STAGES;
+use crate::fuzzy::FuzzyBasis;
+use crate::fuzzy::kernels::{accumulate, contract};
+
+/// Runs a task: in line, or in a copy of its own.
+pub(super) trait Runs: Copy {
+    fn run<T: WithSimd>(self, task: T) -> T::Output;
+}
+
+impl<S: Simd> Runs for S {
+    #[inline(always)]
+    fn run<T: WithSimd>(self, task: T) -> T::Output {
+        task.with_simd(self)
+    }
+}
+
+/// In a copy of its own.
+#[derive(Clone, Copy)]
+pub(super) struct Shared;
+
+impl Runs for Shared {
+    #[inline(always)]
+    fn run<T: WithSimd>(self, task: T) -> T::Output {
+        Arch::new().dispatch(task)
+    }
+}
+
+/// Evaluates the basis at x.
+pub(super) struct Activate<'a> {
+    pub basis: &'a FuzzyBasis,
+    pub x: &'a [f64],
+    pub scratch: &'a mut [f64],
+    pub activation: &'a mut [f64],
+}
+
+impl WithSimd for Activate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        self.basis.activate(simd, self.x, self.scratch, self.activation);
+    }
+}
+
+/// ξᵢ·ξⱼ of each joint's rules.
+pub(super) struct Dots<'a> {
+    pub basis: &'a FuzzyBasis,
+    pub activations: [&'a [f64]; 2],
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Dots<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let [left, right] = self.activations;
+        self.basis.dots(simd, left, right, self.out);
+    }
+}
+
+/// The products of a matrix, a row a joint, with an evaluated basis.
+pub(super) struct Products<'a> {
+    pub basis: &'a FuzzyBasis,
+    pub matrix: &'a [f64],
+    pub activation: &'a [f64],
+    pub out: &'a mut [f64],
+}
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { basis, matrix, activation, out } = self;
+        let (dyads, len) = (basis.dyads(), basis.row_len());
+        let row = |n: usize| &matrix[n * len..(n + 1) * len];
+        let (together, mut n) = (basis.blocks() == 1, 0);
+        while n < out.len() {
+            let xi = basis.block(activation, basis.block_of(n));
+            if together && n + 1 < out.len() {
+                [out[n], out[n + 1]] = contract(simd, [row(n), row(n + 1)], dyads, xi);
+                n += 2;
+            } else {
+                [out[n]] = contract(simd, [row(n)], dyads, xi);
+                n += 1;
+            }
+        }
+    }
+}
+
+/// D ← keep D + Σ cⱼ ξⱼᵀ, row by row, and |Dₙ|².
+pub(super) struct WriteRows<'a> {
+    pub basis: &'a FuzzyBasis,
+    pub weights: &'a mut [f64],
+    pub norms: &'a mut [f64],
+    pub keep: &'a [f64],
+    /// The terms that are used: cⱼ of each joint, and the evaluated basis.
+    pub coefficients: &'a [&'a [f64]],
+    pub activations: &'a [&'a [f64]],
+}
+
+impl WithSimd for WriteRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { basis, weights, norms, keep, coefficients, activations } = self;
+        let used = coefficients.len();
+        let (mut terms, mut factors) = ([&[][..]; MAX_STAGES], [0.0; MAX_STAGES]);
+        let rows = weights.chunks_exact_mut(basis.row_len());
+        for (n, row) in rows.enumerate() {
+            for (k, (c, xi)) in coefficients.iter().zip(activations).enumerate() {
+                (factors[k], terms[k]) = (c[n], basis.block(xi, basis.block_of(n)));
+            }
+            if used > 0 || keep[n] != 1.0 {
+                let (factors, terms) = (&factors[..used], &terms[..used]);
+                norms[n] = accumulate(simd, row, keep[n], basis.dyads(), factors, terms);
+            }
+        }
+    }
+}

@@ -1,0 +1,35 @@
+//! Errors of the core as exceptions of Python.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::error::{Error, Problem};
+use crate::robot::ReadError;
+
+pyo3::create_exception!(
+    steadyarm,
+    NoStabilizingSolution,
+    PyValueError,
+    "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
+);
+
+/// The core's error as a Python exception.
+pub(super) fn value_error(error: Error) -> PyErr {
+    let Problem::NoStabilizingSolution { gamma, gamma_opt, max_scale } = error.problem() else {
+        return PyValueError::new_err(error.to_string());
+    };
+    Python::attach(|py| {
+        let exception = NoStabilizingSolution::new_err(error.to_string());
+        let value = exception.value(py);
+        let figures = [("gamma", gamma), ("gamma_opt", gamma_opt), ("max_scale", max_scale)];
+        match figures.iter().try_for_each(|(name, figure)| value.setattr(*name, *figure)) {
+            Ok(()) => exception,
+            Err(error) => error,
+        }
+    })
+}
+
+/// What is wrong with a robot description as a Python exception.
+pub(super) fn read_error(error: ReadError) -> PyErr {
+    PyValueError::new_err(error.to_string())
+}

@@ -1,0 +1,136 @@
+//! `Plant`: what is really there.
+
+use pyo3::gc::PyVisit;
+use pyo3::prelude::*;
+
+use super::any_arm::AnyArm;
+use super::arm::PyArm;
+use super::convert::{Any, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar};
+use super::dispatch::{by_joints, each, for_joints};
+use super::errors::value_error;
+use super::sources::{AnyDisturbance, Callback};
+use crate::error::{finite, positive};
+use crate::plant;
+use crate::sim::{self, Motion};
+
+/// A plant of `N` joints.
+pub(super) type Plant<const N: usize> = plant::Plant<N, AnyArm<N>, AnyDisturbance<N>>;
+
+by_joints! {
+    /// A plant of any joint count.
+    Plants of Plant
+}
+
+/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the
+/// actuators.
+///
+/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table,
+/// or a callable (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
+#[pyclass(name = "Plant", module = "steadyarm", frozen)]
+pub(super) struct PyPlant {
+    pub plants: Plants,
+    arguments: Py<PyAny>,
+}
+
+#[pymethods]
+impl PyPlant {
+    #[new]
+    #[pyo3(signature = (arm, disturbance=None, effort_limit=None))]
+    fn new(
+        py: Python<'_>,
+        arm: Any<'_, '_>,
+        disturbance: Given<'_, '_>,
+        effort_limit: Given<'_, '_>,
+    ) -> PyResult<Self> {
+        let joints = PyArm::of(arm)?.joints();
+        let plants = for_joints!(joints, plant(arm, disturbance, effort_limit))?;
+        let limit = each!(&plants, Plants, plant => plant.effort_limit().to_vec());
+        let arguments = (arm, disturbance, limit).into_pyobject(py)?;
+        Ok(Self { plants, arguments: arguments.into_any().unbind() })
+    }
+
+    /// The arm that is really there.
+    #[getter]
+    fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.arguments.bind(py).get_item(0)
+    }
+
+    /// τ_d as it was given.
+    #[getter]
+    fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.arguments.bind(py).get_item(1)
+    }
+
+    /// Largest torque of each actuator [N·m], (n,); inf without a limit.
+    #[getter]
+    fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
+        each!(&self.plants, Plants, plant => array1(py, plant.effort_limit()))
+    }
+
+    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One
+    /// step of RK4, with friction and stops solved for where RK4 would be unstable.
+    fn step<'py>(
+        &self,
+        py: Python<'py>,
+        q: Any<'_, 'py>,
+        dq: Any<'_, 'py>,
+        tau: Any<'_, 'py>,
+        t: Any<'_, 'py>,
+        dt: Any<'_, 'py>,
+    ) -> PyResult<(Array1<'py>, Array1<'py>)> {
+        each!(&self.plants, Plants, plant => step(py, plant, [q, dq, tau], t, dt))
+    }
+
+    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
+        (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
+    }
+
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
+        let callback = each!(&self.plants, Plants, plant => plant.disturbance.callback());
+        callback.map_or(Ok(()), |callback| callback.traverse(visit))?;
+        visit.call(&self.arguments)
+    }
+
+    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        let (arm, disturbance) = (self.arm(py)?, self.disturbance(py)?);
+        Ok(format!("Plant({}, disturbance={})", arm.repr()?, disturbance.repr()?))
+    }
+}
+
+/// A plant from the arguments of the class.
+fn plant<const N: usize>(
+    arm: Any<'_, '_>,
+    disturbance: Given<'_, '_>,
+    effort_limit: Given<'_, '_>,
+) -> PyResult<Plants>
+where
+    Plants: From<Plant<N>>,
+{
+    let disturbance = disturbance.map_or(Ok(AnyDisturbance::NONE), AnyDisturbance::new)?;
+    let mut plant: Plant<N> = plant::Plant::new(PyArm::of(arm)?.any()?.clone(), disturbance);
+    if let Some(limit) = effort_limit {
+        plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
+    }
+    Ok(plant.into())
+}
+
+/// The motion (q, dq) after a step from (q, dq) under the held torque.
+fn step<'py, const N: usize>(
+    py: Python<'py>,
+    plant: &Plant<N>,
+    [q, dq, tau]: [Any<'_, 'py>; 3],
+    t: Any<'_, 'py>,
+    dt: Any<'_, 'py>,
+) -> PyResult<(Array1<'py>, Array1<'py>)> {
+    let motion = Motion { q: finite_vector(q, "q")?, dq: finite_vector(dq, "dq")? };
+    let (tau, t) = (finite_vector(tau, "tau")?, finite_scalar(t, "t")?);
+    let dt = scalar(dt, "dt")?;
+    positive("dt", &[dt]).map_err(value_error)?;
+    let next = sim::hold_torque(plant, &motion, &tau, t, dt);
+    if let Some(error) = plant.disturbance.callback().and_then(Callback::raised) {
+        return Err(error);
+    }
+    let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
+    finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
+    Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
+}
