@@ -14,6 +14,7 @@ from typing import Any, Literal, Self, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 __all__ = [
     "MAX_RECORD_BYTES",
@@ -107,6 +108,7 @@ class NoStabilizingSolution(ValueError):
     max_scale: float
     """At this γ, Q times anything smaller than this has a solution."""
 
+@disjoint_base
 class Arm:
     """An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
 
@@ -445,6 +447,7 @@ class Excess:
         """All of that in words, as ``str`` gives it."""
     def __reduce__(self) -> tuple[type[Excess], tuple[Any, ...]]: ...
 
+@disjoint_base
 class Settings:
     """What is nothing but its arguments: two are equal, with one hash, when these are.
 
@@ -788,6 +791,7 @@ class Plant:
         """
     def __reduce__(self) -> tuple[type[Plant], tuple[Any, ...]]: ...
 
+@disjoint_base
 class Motion(Settings):
     """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`."""
 
