@@ -20,6 +20,9 @@ CENTERS: tuple[float, ...] = tuple(_COMMON["compensator"]["basis"]["centers"])
 WIDTH: float = _COMMON["compensator"]["basis"]["width"]
 """Their width: exp(-(x - c)²) is a Gaussian of σ = 1/√2."""
 
+FEEDBACK: dict[str, float] = {name: _COMMON["controller"][name] for name in ("kp", "kv")}
+"""K_p [1/s²] and K_v [1/s]."""
+
 PRESETS: dict[str, dict[str, Any]] = {
     name: {
         "form": settings["compensator"]["basis"]["form"],
@@ -88,8 +91,7 @@ def simulation(
         raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
     if preset not in tuple(PRESETS):
         raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
-    usual = _COMMON["controller"]
-    feedback = {name: overrides.pop(name, usual[name]) for name in ("kp", "kv")}
+    feedback = {name: overrides.pop(name, value) for name, value in FEEDBACK.items()}
     length = {name: overrides.pop(name) for name in ("duration", "dt") if name in overrides}
     compensator = _compensator(_SETTINGS[preset]["compensator"], overrides) if number == 3 else None
     if overrides:
