@@ -1,5 +1,6 @@
 //! Settings as Python objects: those of the paper, and those of a file.
 
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -30,14 +31,14 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
     let scenario = Scenario::from_toml(text).map_err(read_error)?;
     let sections = (&scenario).into_pyobject(py)?;
     let class_of = |motion: &Option<MotionSettings>| match motion {
-        Some(MotionSettings::Table(_)) => py.get_type::<PyTable>(),
-        Some(MotionSettings::Quintic(_)) => py.get_type::<PyQuintic>(),
-        Some(MotionSettings::Sines(_)) | None => py.get_type::<PySines>(),
+        Some(MotionSettings::Table(_)) => (".table", py.get_type::<PyTable>()),
+        Some(MotionSettings::Quintic(_)) => (".quintic", py.get_type::<PyQuintic>()),
+        Some(MotionSettings::Sines(_)) | None => (".sines", py.get_type::<PySines>()),
     };
-    for (name, class) in [
-        ("two_link", py.get_type::<PyTwoLink>()),
-        ("plant", py.get_type::<PyTwoLink>()),
-        ("compensator", py.get_type::<PyFuzzyCompensator>()),
+    for (name, (below, class)) in [
+        ("two_link", ("", py.get_type::<PyTwoLink>())),
+        ("plant", ("", py.get_type::<PyTwoLink>())),
+        ("compensator", ("", py.get_type::<PyFuzzyCompensator>())),
         ("reference", class_of(&scenario.reference)),
         ("disturbance", class_of(&scenario.disturbance)),
     ] {
@@ -48,7 +49,10 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
             let basis = py.get_type::<PyFuzzyBasis>().call((), Some(basis.cast()?))?;
             arguments.set_item("basis", basis)?;
         }
-        sections.set_item(name, class.call((), Some(&arguments))?)?;
+        let object = class
+            .call((), Some(&arguments))
+            .map_err(|error| PyValueError::new_err(format!("{name}{below}.{}", error.value(py))))?;
+        sections.set_item(name, object)?;
     }
     Ok(sections)
 }

@@ -206,6 +206,7 @@ def test_a_file_and_keywords_make_the_same_objects() -> None:
         ("gain = [1, 2]", "gain = [1, -2]", "compensator.gain[1]: got -2, wants a number > 0"),
         ("width = 0.5", "width = 0", "compensator.basis.width: got 0, wants widths > 0"),
         ("goal = [1, 2]", 'goal = [1, "2"]', "reference.quintic.goal[1]: invalid type"),
+        ("frequency = [1, 3]", "frequency = [1, nan]", "disturbance.sines.frequency[1]: got NaN"),
         ("kv = [5.5, 5]", "kv = [-5.5, 5]", "controller.kv[0]: got -5.5, wants a number > 0"),
     ],
 )
