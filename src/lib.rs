@@ -30,6 +30,7 @@
 //! | [`design`] | what a design will do, before it runs |
 //! | [`plant`], [`mod@reference`] | what is really there, and where it should go |
 //! | `robot` | serial arms from URDF, DH tables, TOML (feature `std`, files `urdf`) |
+//! | `scenario` | every parameter under one name, read from TOML (feature `urdf`) |
 //! | `sim` | closed-loop simulation with its record and certificate (feature `std`) |
 //! | [`paper`] | the paper's three simulations |
 //!
@@ -59,6 +60,8 @@ pub mod reference;
 pub mod riccati;
 #[cfg(feature = "std")]
 pub mod robot;
+#[cfg(feature = "urdf")]
+pub mod scenario;
 #[cfg(feature = "std")]
 pub mod sim;
 

@@ -32,6 +32,7 @@ from ._core import (
     TwoLink,
     bounded_real_riccati,
     care,
+    read_scenario,
 )
 from ._scene import VERSION as _VERSION
 from .design import DesignReport, design
@@ -76,6 +77,7 @@ __all__ = [
     "care",
     "design",
     "paper",
+    "read_scenario",
     "replay",
     "simulate",
 ]

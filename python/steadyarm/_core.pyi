@@ -12,10 +12,11 @@ Errors name the argument, what it got and what it wants: ``TypeError`` for a wro
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, TypedDict, final
+from typing import Any, Literal, Self, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import disjoint_base
 
 __all__ = [
     "MAX_RECORD_BYTES",
@@ -25,11 +26,13 @@ __all__ = [
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
+    "Motion",
     "NoStabilizingSolution",
     "Plant",
     "Quintic",
     "RiccatiSolution",
     "Serial",
+    "Settings",
     "Sines",
     "Table",
     "TwoLink",
@@ -39,6 +42,8 @@ __all__ = [
     "design",
     "desired_motion",
     "metrics",
+    "paper_settings",
+    "read_scenario",
     "simulate",
 ]
 
@@ -108,6 +113,7 @@ class NoStabilizingSolution(ValueError):
     gamma_opt: float
     max_scale: float
 
+@disjoint_base
 class Arm:
     """An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
 
@@ -456,8 +462,22 @@ class Excess:
         """All of that in words, as ``str`` gives it."""
     def __reduce__(self) -> tuple[type[Excess], tuple[Any, ...]]: ...
 
+@disjoint_base
+class Settings:
+    """What is nothing but its arguments: two are equal, with one hash, when these are.
+
+    ``copy.replace(it, argument=value)``, or before Python 3.13 ``it.__replace__(argument=value)``,
+    is a copy with other arguments. It can be pickled; its repr shows every argument, long lists by
+    their first and last entry.
+    """
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __replace__(self, /, **changes: Any) -> Self: ...
+    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]: ...
+
 @final
-class FuzzyBasis:
+class FuzzyBasis(Settings):
     """Gaussian fuzzy sets, how they combine to rules, and the signals they see: ξ(x) of (1)-(4).
 
     The paper gives the sets but not the rules; all four readings are here. Inputs come joint after
@@ -519,7 +539,6 @@ class FuzzyBasis:
         The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
         ValueError for a wrong shape, NaN, infinity, too many rules, or more than 2²⁸ entries.
         """
-    def __reduce__(self) -> tuple[type[FuzzyBasis], tuple[Any, ...]]: ...
 
 @final
 class FuzzyApproximator:
@@ -553,7 +572,7 @@ class FuzzyApproximator:
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]: ...
 
 @final
-class FuzzyCompensator:
+class FuzzyCompensator(Settings):
     """The fuzzy compensator ρ̂ = W ξ (12)-(13) with the adaptive law (18); P comes from (19).
 
     ``dW/dt = gain BᵀP x ξᵀ`` with ``gain = Γ⁻¹``: the paper's Γ = diag(7, 7) is a gain of 1/7.
@@ -620,7 +639,6 @@ class FuzzyCompensator:
     @property
     def merge_tolerance(self) -> float | None:
         """The part of a state that a merge may lose; None without a dictionary."""
-    def __reduce__(self) -> tuple[type[FuzzyCompensator], tuple[Any, ...]]: ...
 
 @final
 class ComputedTorque:
@@ -794,8 +812,15 @@ class Plant:
         """
     def __reduce__(self) -> tuple[type[Plant], tuple[Any, ...]]: ...
 
+@disjoint_base
+class Motion(Settings):
+    """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`."""
+
+    def __call__(self, t: float) -> _Triple:
+        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
+
 @final
-class Sines:
+class Sines(Motion):
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
     A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
@@ -815,11 +840,9 @@ class Sines:
         cos: ArrayLike | None = None,
         offset: ArrayLike | None = None,
     ) -> Sines: ...
-    def __call__(self, t: float) -> _Triple: ...
-    def __reduce__(self) -> tuple[type[Sines], tuple[Any, ...]]: ...
 
 @final
-class Quintic:
+class Quintic(Motion):
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
@@ -833,11 +856,9 @@ class Quintic:
         duration: float,
         start_time: float | None = None,
     ) -> Quintic: ...
-    def __call__(self, t: float) -> _Triple: ...
-    def __reduce__(self) -> tuple[type[Quintic], tuple[Any, ...]]: ...
 
 @final
-class Table:
+class Table(Motion):
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
 
     Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
@@ -857,8 +878,6 @@ class Table:
         dq: ArrayLike | None = None,
         ddq: ArrayLike | None = None,
     ) -> Table: ...
-    def __call__(self, t: float) -> _Triple: ...
-    def __reduce__(self) -> tuple[type[Table], tuple[Any, ...]]: ...
 
 @final
 class RiccatiSolution:
@@ -950,6 +969,20 @@ def simulate(
 
     Returns the record as a dict, and what a callable raised. The dict has the state that the run
     started in, and the parts of a tracker in the state that it ended in.
+    """
+
+def paper_settings() -> dict[str, dict[str, Any]]:
+    """Return the paper's third simulation in each reading, as sections of arguments."""
+
+def read_scenario(text: str) -> dict[str, Any]:
+    """Read a scenario in TOML: objects by section, None for a section that it does not have.
+
+    ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
+    ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
+    ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
+    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``.
+    Keys are the arguments of the classes. Raises ValueError naming the path of what is unknown, of
+    the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
     """
 
 def channels() -> list[tuple[str, str, bool, str]]:

@@ -27,8 +27,18 @@ def add_design(commands: Commands) -> None:
         _design,
     )
     feedback = parser.add_argument_group("controller").add_argument
-    feedback("--kp", metavar="K", type=numbers, help="feedback on position [1/s²] (default: 8)")
-    feedback("--kv", metavar="K", type=numbers, help="feedback on velocity [1/s] (default: 5.5)")
+    feedback(
+        "--kp",
+        metavar="K",
+        type=numbers,
+        help=f"feedback on position [1/s²] (default: {paper.FEEDBACK['kp']:g})",
+    )
+    feedback(
+        "--kv",
+        metavar="K",
+        type=numbers,
+        help=f"feedback on velocity [1/s] (default: {paper.FEEDBACK['kv']:g})",
+    )
     feedback("--q", metavar="Q", type=number, help="Q is this times the identity (default: 10)")
     add_compensator(parser.add_argument_group("compensator"))
     loop = parser.add_argument_group("loop and arm").add_argument

@@ -59,8 +59,18 @@ def _add_scene(group: argparse._ArgumentGroup) -> None:
 
 def _add_controller(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
-    add("--kp", metavar="K", type=numbers, help="feedback on position [1/s²] (default: 8)")
-    add("--kv", metavar="K", type=numbers, help="feedback on velocity [1/s] (default: 5.5)")
+    add(
+        "--kp",
+        metavar="K",
+        type=numbers,
+        help=f"feedback on position [1/s²] (default: {paper.FEEDBACK['kp']:g})",
+    )
+    add(
+        "--kv",
+        metavar="K",
+        type=numbers,
+        help=f"feedback on velocity [1/s] (default: {paper.FEEDBACK['kv']:g})",
+    )
     add(
         "--control-period",
         metavar="S",

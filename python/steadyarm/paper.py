@@ -9,15 +9,27 @@ from . import _core
 from .run import Run
 from .simulation import simulate
 
-CENTERS = (-1.5, -0.5, 0.0, 0.5, 1.5)
+_SETTINGS = _core.paper_settings()
+"""Of the third simulation in each reading, by section; typed once, in the core."""
+
+_COMMON = _SETTINGS["printed"]
+
+CENTERS: tuple[float, ...] = tuple(_COMMON["compensator"]["basis"]["centers"])
 """Centres of the five fuzzy sets."""
 
-WIDTH = 0.5**0.5
+WIDTH: float = _COMMON["compensator"]["basis"]["width"]
 """Their width: exp(-(x - c)²) is a Gaussian of σ = 1/√2."""
 
+FEEDBACK: dict[str, float] = {name: _COMMON["controller"][name] for name in ("kp", "kv")}
+"""K_p [1/s²] and K_v [1/s]."""
+
 PRESETS: dict[str, dict[str, Any]] = {
-    "printed": {"form": "shared", "normalized": True, "gain": 1 / 7},
-    "claimed": {"form": "grid", "normalized": False, "gain": 7.0},
+    name: {
+        "form": settings["compensator"]["basis"]["form"],
+        "normalized": settings["compensator"]["basis"]["normalized"],
+        "gain": settings["compensator"]["gain"],
+    }
+    for name, settings in _SETTINGS.items()
 }
 """How simulation 3 is read.
 
@@ -45,22 +57,22 @@ class Scene:
 
 def nominal() -> _core.TwoLink:
     """What the controller believes: 4 kg, 0.5 m, 0.2 kg·m² each link."""
-    return _core.TwoLink(mass=(4, 4), length=(0.5, 0.5), inertia=(0.2, 0.2))
+    return _core.TwoLink(**_COMMON["two_link"])
 
 
 def actual() -> _core.TwoLink:
     """What is there in simulations 2 and 3: twice the mass and inertia."""
-    return _core.TwoLink(mass=(8, 8), length=(0.5, 0.5), inertia=(0.4, 0.4))
+    return _core.TwoLink(**_COMMON["plant"])
 
 
 def reference() -> _core.Sines:
     """q_d = [0.5 cos t + 0.2 sin 3t, -0.2 sin t - 0.5 cos t]."""
-    return _core.Sines(frequency=(1, 3), sin=((0, -0.2), (0.2, 0)), cos=((0.5, -0.5), (0, 0)))
+    return _core.Sines(**_COMMON["reference"])
 
 
 def disturbance() -> _core.Sines:
     """τ_d = [sin t, cos t], in simulations 2 and 3."""
-    return _core.Sines(frequency=(1,), sin=((1, 0),), cos=((0, 1),))
+    return _core.Sines(**_COMMON["disturbance"])
 
 
 def simulation(
@@ -79,9 +91,9 @@ def simulation(
         raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
     if preset not in tuple(PRESETS):
         raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
-    feedback = {name: overrides.pop(name, value) for name, value in {"kp": 8.0, "kv": 5.5}.items()}
+    feedback = {name: overrides.pop(name, value) for name, value in FEEDBACK.items()}
     length = {name: overrides.pop(name) for name in ("duration", "dt") if name in overrides}
-    compensator = _compensator(PRESETS[preset], overrides) if number == 3 else None
+    compensator = _compensator(_SETTINGS[preset]["compensator"], overrides) if number == 3 else None
     if overrides:
         raise ValueError(f"{next(iter(overrides))}: simulation {number} has no such setting")
     plant = _core.Plant(nominal()) if number == 1 else _core.Plant(actual(), disturbance())
@@ -91,11 +103,8 @@ def simulation(
 
 def _compensator(preset: dict[str, Any], overrides: dict[str, Any]) -> _core.FuzzyCompensator:
     """Take the settings of basis and compensator out of ``overrides``."""
-    basis: dict[str, Any] = {"centers": CENTERS, "width": WIDTH, "inputs": "error"}
-    basis |= {name: preset[name] for name in ("form", "normalized")}
-    law: dict[str, Any] = {"q": 10.0, "gamma": 1.0, "gain": preset["gain"]}
-    law |= dict.fromkeys(("leak_rate", "error_modification", "dead_zone", "normalization"), 0.0)
-    law["projection_radius"] = float("inf")
+    basis, law = dict(preset["basis"]), dict(preset)
+    del basis["joints"], law["basis"], law["dictionary"], law["merge_tolerance"]
     for settings in (basis, law):
         settings |= {name: overrides.pop(name) for name in settings if name in overrides}
     return _core.FuzzyCompensator(_core.FuzzyBasis(**basis), **law)

@@ -1,31 +1,20 @@
 //! `FuzzyBasis`.
 
+use std::sync::Arc;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Any, Array2, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
+    Any, Array2, Given, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::errors::value_error;
-use crate::control::{Inputs, Signal};
-use crate::error::Problem;
-use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
-
-/// Names of the signals.
-const SIGNALS: [(&str, Signal); 7] = [
-    ("e", Signal::E),
-    ("de", Signal::De),
-    ("q", Signal::Q),
-    ("dq", Signal::Dq),
-    ("q_d", Signal::QDesired),
-    ("dq_d", Signal::DqDesired),
-    ("ddq_d", Signal::DdqDesired),
-];
-
-/// Names of the forms.
-const FORMS: [&str; 4] = ["grid", "shared", "concat", "per_joint"];
+use super::form::PyForm;
+use crate::error::{Error, Problem};
+use crate::fuzzy::{FuzzyBasis, KernelBasis};
+use crate::scenario::{BasisSettings, InputSettings, Numbers, PerJoint, Rules};
 
 /// Most entries of an evaluated basis (2 GiB).
 const MAX_ENTRIES: usize = 1 << 28;
@@ -39,106 +28,65 @@ const MAX_ENTRIES: usize = 1 << 28;
 /// inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d), "trajectory" (q_d, dq_d,
 /// ddq_d), a list of these signals, or a dict signal -> scale. joints: of the arm; by default those
 /// that the lists of centers are for, or any.
-#[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen)]
+#[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen, extends = PyForm)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyBasis {
-    form: String,
-    /// Centres of every input, or one list for all.
-    centers: Vec<Vec<f64>>,
-    /// Widths likewise.
-    widths: Vec<Vec<f64>>,
-    shared_axis: bool,
-    normalized: bool,
-    inputs: Inputs,
-    /// Joints of the arm that it is for; `None`: any.
-    pub joints: Option<usize>,
+    pub settings: Arc<BasisSettings>,
 }
 
 impl PyFuzzyBasis {
-    /// The basis over this many inputs of `joints` joints, with all its rules.
-    pub fn build(&self, inputs: usize, joints: usize) -> PyResult<FuzzyBasis> {
-        let form = match self.form.as_str() {
-            "grid" => Form::Grid,
-            "shared" => Form::Shared,
-            "concat" => Form::Concat,
-            _ => Form::PerJoint { joints },
-        };
-        let axes = self.axes(inputs)?;
-        FuzzyBasis::new(form, self.normalized, &axes).map_err(|error| {
-            let too_many = matches!(error.problem(), Problem::TooMany { .. });
-            if form == Form::Grid && too_many && error.parameter() == "rules" {
-                let way = "use dictionary=256, the kernel form of FuzzyCompensator";
-                return PyValueError::new_err(format!("{error}; {way}"));
-            }
-            value_error(error)
-        })
+    /// It as an object.
+    pub fn object(&self, py: Python<'_>) -> PyResult<Py<Self>> {
+        Py::new(py, PyForm::under(&self.settings, self.clone()))
     }
 
     /// The grid over the inputs of an arm, in the kernel form.
     pub fn kernel_for_arm(&self, joints: usize) -> PyResult<KernelBasis> {
-        let axes = self.axes(self.inputs.len(joints))?;
-        KernelBasis::new(self.normalized, &axes).map_err(value_error)
+        self.settings.kernel(joints).map_err(|error| refused(error, &self.settings))
     }
 
-    /// Whether rule after rule is a product over all inputs, of which there may be too many to
-    /// write out.
-    pub fn is_grid(&self) -> bool {
-        self.form == "grid"
+    /// The basis for an arm.
+    pub fn for_arm(&self, joints: usize) -> PyResult<FuzzyBasis> {
+        self.settings.build(joints).map_err(|error| refused(error, &self.settings))
     }
 
-    /// Refuses what makes no basis for an arm; a grid may have any number of rules.
-    pub fn check_for_arm(&self, joints: usize) -> PyResult<()> {
-        if self.is_grid() {
-            self.kernel_for_arm(joints).map(drop)
-        } else {
-            self.for_arm(joints).map(drop)
-        }
+    /// The basis over so many inputs, whatever they are.
+    pub fn over(&self, inputs: usize) -> PyResult<FuzzyBasis> {
+        let basis = self.settings.over(inputs, self.joints_or_default());
+        basis.map_err(|error| refused(error, &self.settings))
     }
 
     /// What is wrong with the lists of centers, where they are for another joint count than `of`
     /// is.
     pub fn other_joints(&self, joints: usize, of: &str) -> Option<String> {
-        let own = self.joints.filter(|own| !self.shared_axis && *own != joints)?;
-        let (got, wanted) = (self.centers.len(), self.inputs.len(joints));
+        let own = self.settings.joints.filter(|own| *own != joints)?;
+        let (got, wanted) = (self.settings.lists()?, self.settings.inputs.len(joints));
         Some(format!(
             "centers: got {got} lists, one for each input of {own} joints, wants one list, or \
-             {wanted} for the {joints} \
-             joints of {of}"
+             {wanted} for the {joints} joints of {of}"
         ))
     }
 
-    /// The sets of so many inputs.
-    fn axes(&self, inputs: usize) -> PyResult<Vec<Axis<'_>>> {
-        if !self.shared_axis && self.centers.len() != inputs {
-            let (got, wanted) = (self.centers.len(), inputs);
-            let message = format!(
-                "centers: got {got} lists, wants one list, or one for each of {wanted} inputs"
-            );
-            return Err(PyValueError::new_err(message));
-        }
-        let axis = |k: usize| {
-            let k = if self.shared_axis { 0 } else { k };
-            Axis { centers: &self.centers[k], widths: &self.widths[k] }
-        };
-        Ok((0..inputs).map(axis).collect())
-    }
-
-    /// The basis for an arm.
-    pub fn for_arm(&self, joints: usize) -> PyResult<FuzzyBasis> {
-        self.build(self.inputs.len(joints), joints)
-    }
-
-    /// The basis over so many inputs, whatever they are.
-    pub fn over(&self, inputs: usize) -> PyResult<FuzzyBasis> {
-        self.build(inputs, self.joints_or_default())
-    }
-
-    pub fn signals(&self) -> Inputs {
-        self.inputs
-    }
-
     fn joints_or_default(&self) -> usize {
-        self.joints.unwrap_or(DEFAULT_JOINTS)
+        self.settings.joints.unwrap_or(DEFAULT_JOINTS)
+    }
+}
+
+/// The error of a basis, with what to do about it.
+pub(super) fn refused(error: Error, settings: &BasisSettings) -> PyErr {
+    match error.problem() {
+        Problem::TooMany { .. } if settings.form == Rules::Grid && error.parameter() == "rules" => {
+            let way = "use dictionary=256, the kernel form of FuzzyCompensator";
+            PyValueError::new_err(format!("{error}; {way}"))
+        }
+        Problem::WrongLength { got, wanted, .. }
+            if settings.lists() == Some(got) && error.parameter() == "centers" =>
+        {
+            PyValueError::new_err(format!(
+                "centers: got {got} lists, wants one list, or one for each of {wanted} inputs"
+            ))
+        }
+        _ => value_error(error),
     }
 }
 
@@ -153,62 +101,62 @@ impl PyFuzzyBasis {
         form: Any<'_, '_>,
         centers: Any<'_, '_>,
         width: Any<'_, '_>,
-        normalized: Option<Any<'_, '_>>,
-        inputs: Option<Any<'_, '_>>,
-        joints: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
-        let form = word(form, "form", FORMS)?;
-        let normalized = normalized.map_or(Ok(true), |value| flag(value, "normalized"))?;
-        let (centers, shared_axis) = ragged(centers, "centers")?;
-        let widths = widths(width, &centers, shared_axis)?;
-        let inputs = inputs.map_or(Ok(Inputs::error()), signals)?;
-        let joints = match joints {
-            Some(joints) => Some(joint_count(joints)?),
-            None if shared_axis => None,
-            None => joints_of_lists(centers.len(), &inputs),
+        normalized: Given<'_, '_>,
+        inputs: Given<'_, '_>,
+        joints: Given<'_, '_>,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let form = rules(form)?;
+        let normalized = normalized.map(|value| flag(value, "normalized")).transpose()?;
+        let centers = ragged(centers, "centers")?;
+        let width = match width.len() {
+            Err(_) => scalar(width, "width")?.into(),
+            Ok(_) => ragged(width, "width")?,
         };
-        let form = form.into();
-        let basis = Self { form, centers, widths, shared_axis, normalized, inputs, joints };
-        if shared_axis || joints.is_some() {
-            basis.check_for_arm(basis.joints_or_default())?;
+        let mut settings = BasisSettings::new(form, centers, width);
+        settings.normalized = normalized.unwrap_or(settings.normalized);
+        if let Some(inputs) = inputs {
+            settings.inputs = signals(inputs)?;
         }
-        Ok(basis)
+        settings.joints = joints.map(joint_count).transpose()?;
+        let checked = settings.clone().checked().map_err(|error| refused(error, &settings))?;
+        let settings = Arc::new(checked);
+        Ok(PyForm::under(&settings.clone(), Self { settings }))
     }
 
     /// How the sets combine to rules.
     #[getter]
     fn form(&self) -> &str {
-        &self.form
+        self.settings.form.name()
     }
 
     /// Whether ξ is normalised (4).
     #[getter]
     fn normalized(&self) -> bool {
-        self.normalized
+        self.settings.normalized
     }
 
     /// The signals with their scales, in order.
     #[getter]
-    fn inputs(&self) -> Vec<(&'static str, f64)> {
-        let name = |signal| SIGNALS.iter().find(|(_, s)| *s == signal).map_or("", |(name, _)| name);
-        self.inputs.signals().iter().map(|&(signal, scale)| (name(signal), scale)).collect()
+    fn inputs(&self) -> Vec<(String, f64)> {
+        self.settings.inputs.0.clone()
     }
 
     /// Joints of the arm that it is for; None: any.
     #[getter]
     fn joints(&self) -> Option<usize> {
-        self.joints
+        self.settings.joints
     }
 
     /// Number of rules for the arm's inputs, however many.
     #[getter]
     fn rules<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let joints = self.joints_or_default();
-        if !self.is_grid() {
+        if self.settings.form != Rules::Grid {
             return Ok(self.for_arm(joints)?.rules().into_pyobject(py)?.into_any());
         }
         let one = 1_usize.into_pyobject(py)?.into_any();
-        let axes = self.axes(self.inputs.len(joints))?;
+        let axes = self.settings.axes(self.settings.inputs.len(joints));
+        let axes = axes.map_err(|error| refused(error, &self.settings))?;
         axes.iter().try_fold(one, |rules, axis| rules.mul(axis.centers.len()))
     }
 
@@ -233,29 +181,6 @@ impl PyFuzzyBasis {
         }
         owned2(py, xi, basis.rules())
     }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let PyFuzzyBasis { form, centers, widths, shared_axis, normalized, joints, .. } = slf.get();
-        let py = slf.py();
-        let list = |x: &Vec<Vec<f64>>| -> PyResult<Bound<'py, PyAny>> {
-            if *shared_axis {
-                Ok(x[0].clone().into_pyobject(py)?)
-            } else {
-                Ok(x.clone().into_pyobject(py)?)
-            }
-        };
-        let inputs = PyDict::new(py);
-        for (name, scale) in slf.get().inputs() {
-            inputs.set_item(name, scale)?;
-        }
-        let arguments = (form, list(centers)?, list(widths)?, *normalized, inputs, *joints);
-        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
-    }
-
-    pub fn __repr__(&self) -> String {
-        let (form, normalized, inputs) = (&self.form, self.normalized, self.inputs());
-        format!("FuzzyBasis(form={form:?}, normalized={normalized}, inputs={inputs:?})")
-    }
 }
 
 /// The argument `joints`.
@@ -266,21 +191,21 @@ fn joint_count(value: Any<'_, '_>) -> PyResult<usize> {
     }
 }
 
-/// The joints that so many lists are for, one list an input.
-fn joints_of_lists(lists: usize, inputs: &Inputs) -> Option<usize> {
-    let signals = inputs.len(1);
-    let joints = lists / signals;
-    ((1..=MAX_JOINTS).contains(&joints) && lists.is_multiple_of(signals)).then_some(joints)
+/// The argument `form`.
+fn rules(value: Any<'_, '_>) -> PyResult<Rules> {
+    let name = word(value, "form", Rules::NAMES.map(|(name, _)| name))?;
+    let found = Rules::NAMES.iter().find(|(known, _)| *known == name);
+    Ok(found.map_or(Rules::Grid, |(_, rules)| *rules))
 }
 
 /// A list of numbers (for all inputs), or a list of such lists.
-fn ragged(value: Any<'_, '_>, name: &str) -> PyResult<(Vec<Vec<f64>>, bool)> {
+fn ragged(value: Any<'_, '_>, name: &str) -> PyResult<Numbers> {
     let nested = value.try_iter().ok().and_then(|mut i| i.next()).and_then(Result::ok);
     if nested.is_some_and(|first| first.len().is_ok() && !first.is_instance_of::<PyString>()) {
         let lists = value.try_iter()?.map(|row| one_dimension(&row?, name));
-        return Ok((lists.collect::<PyResult<_>>()?, false));
+        return Ok(Numbers::Rows(lists.collect::<PyResult<_>>()?));
     }
-    Ok((vec![one_dimension(value, name)?], true))
+    one_dimension(value, name).map(PerJoint::Each).map(Numbers::Same)
 }
 
 fn one_dimension(value: Any<'_, '_>, name: &str) -> PyResult<Vec<f64>> {
@@ -292,40 +217,15 @@ fn one_dimension(value: Any<'_, '_>, name: &str) -> PyResult<Vec<f64>> {
     }
 }
 
-/// Widths for the centres: a scalar, one a set, one an input, or a list a input.
-fn widths(value: Any<'_, '_>, centers: &[Vec<f64>], shared_axis: bool) -> PyResult<Vec<Vec<f64>>> {
-    let (lists, flat) = if value.len().is_err() {
-        (vec![vec![scalar(value, "width")?]; centers.len()], false)
-    } else {
-        ragged(value, "width")?
-    };
-    match (flat, shared_axis) {
-        (true, false) if lists[0].len() == centers.len() => {
-            Ok(lists[0].iter().map(|&w| vec![w]).collect())
-        }
-        (false, _) if lists.len() == centers.len() => Ok(lists),
-        (true, true) => Ok(lists),
-        _ => Err(PyValueError::new_err(format!(
-            "width: got {} entries, wants a scalar, or one for each of {} inputs",
-            if flat { lists[0].len() } else { lists.len() },
-            centers.len()
-        ))),
-    }
-}
-
 /// "error", ["e", "de"] or {"e": 1.0, "de": 0.5}.
-fn signals(value: Any<'_, '_>) -> PyResult<Inputs> {
+fn signals(value: Any<'_, '_>) -> PyResult<InputSettings> {
+    let unknown = |name: &str| {
+        PyValueError::new_err(format!("inputs: got {name:?}, {}", InputSettings::wanted()))
+    };
     if let Ok(name) = value.extract::<String>() {
-        return match name.as_str() {
-            "error" => Ok(Inputs::error()),
-            "state" => Ok(Inputs::state()),
-            "reference" => Ok(Inputs::reference()),
-            "trajectory" => Ok(Inputs::trajectory()),
-            _ => Inputs::new(&[(signal(&name)?, 1.0)]).map_err(value_error),
-        };
+        return InputSettings::named(&name).ok_or_else(|| unknown(&name));
     }
-    let wanted = "a name, a list of names or a dict name -> scale";
-    let mut chosen: Vec<(Signal, f64)> = Vec::new();
+    let mut chosen: Vec<(String, f64)> = Vec::new();
     if let Ok(scales) = value.cast::<PyDict>() {
         for (name, scale) in scales {
             let name: String = name.extract().map_err(|_| wrong_type("inputs", &name, "names"))?;
@@ -335,35 +235,27 @@ fn signals(value: Any<'_, '_>) -> PyResult<Inputs> {
                 let message = format!("{place}: got {scale}, wants a finite scale other than 0");
                 return Err(PyValueError::new_err(message));
             }
-            chosen.push((signal(&name)?, scale));
+            chosen.push((name, scale));
         }
     } else {
+        let wanted = "a name, a list of names or a dict name -> scale";
         let names: Vec<String> =
             value.extract().map_err(|_| wrong_type("inputs", value, wanted))?;
-        for name in names {
-            let signal = signal(&name)?;
-            if chosen.iter().any(|(other, _)| *other == signal) {
-                let message = format!("inputs: got {name:?} twice, wants every signal once");
-                return Err(PyValueError::new_err(message));
-            }
-            chosen.push((signal, 1.0));
+        chosen.extend(names.into_iter().map(|name| (name, 1.0)));
+    }
+    for (i, (name, _)) in chosen.iter().enumerate() {
+        if !InputSettings::is_signal(name) {
+            return Err(unknown(name));
+        }
+        if chosen[..i].iter().any(|(other, _)| other == name) {
+            let message = format!("inputs: got {name:?} twice, wants every signal once");
+            return Err(PyValueError::new_err(message));
         }
     }
     if chosen.is_empty() {
         return Err(PyValueError::new_err("inputs: got no signal, wants at least one"));
     }
-    Inputs::new(&chosen).map_err(value_error)
-}
-
-fn signal(name: &str) -> PyResult<Signal> {
-    SIGNALS.iter().find(|(known, _)| *known == name).map(|(_, signal)| *signal).ok_or_else(|| {
-        let signals: Vec<&str> = SIGNALS.iter().map(|(known, _)| *known).collect();
-        let known = signals.join(", ");
-        let presets = "error, state, reference, trajectory";
-        PyValueError::new_err(format!(
-            "inputs: got {name:?}, wants one of {known}, or a preset: {presets}"
-        ))
-    })
+    Ok(InputSettings(chosen))
 }
 
 /// A basis that was given as an argument.

@@ -239,7 +239,7 @@ pub(super) fn matrix(
 }
 
 /// Refuses NaN and infinities by their row and column.
-fn finite_entries(name: &str, columns: usize, values: &[f64]) -> PyResult<()> {
+pub(super) fn finite_entries(name: &str, columns: usize, values: &[f64]) -> PyResult<()> {
     let Some(i) = values.iter().position(|x| !x.is_finite()) else { return Ok(()) };
     let (row, column, got) = (i / columns, i % columns, values[i]);
     let message = format!("{name}[{row}, {column}]: got {got}, wants a finite number");

@@ -1,18 +1,22 @@
 //! `FuzzyApproximator`, `FuzzyCompensator`.
 
+use std::sync::Arc;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::basis::{PyFuzzyBasis, basis_of};
+use super::basis::{PyFuzzyBasis, basis_of, refused};
 use super::convert::{
-    Any, Array1, Array2, count, matrix, numbers, owned2, renamed, scalar, scalar_or, wrong_shape,
+    Any, Array1, Array2, Given, count, matrix, numbers, owned1, owned2, scalar, scalar_or,
+    wrong_shape,
 };
-use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
 use super::errors::value_error;
-use super::per_joint::{PerJoint, common_joints};
-use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
-use crate::error::{non_negative, within};
+use super::form::PyForm;
+use super::per_joint::{other_count, per_joint};
+use crate::control::{FuzzyParameters, KernelParameters};
 use crate::fuzzy::FuzzyApproximator;
+use crate::scenario::{CompensatorSettings, PerJoint, Rules};
 
 /// A fuzzy system as a function approximator, y(x) = W ξ(x), fitted to samples (eqs. 3, 5).
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
@@ -92,7 +96,7 @@ impl PyFuzzyApproximator {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, this) = (slf.py(), slf.get());
-        let basis = Py::new(py, this.basis.clone())?;
+        let basis = this.basis.object(py)?;
         let arguments = (basis, this.approximator.basis().inputs(), this.weights(py)?);
         let make = slf.get_type().getattr("from_weights")?;
         Ok((make, arguments.into_pyobject(py)?.into_any()))
@@ -108,76 +112,44 @@ impl PyFuzzyApproximator {
 /// atoms, 1 to 4096: a grid of any number of rules in kernel form, of which the compensator
 /// remembers so many states. merge_tolerance: a new state is merged into its nearest where that
 /// loses less than this part of it, 0 <= part < 1.
-#[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen)]
+#[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen, extends = PyForm)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {
     pub basis: PyFuzzyBasis,
     /// Of the arm that it is for; `None`: any.
     pub joints: Option<usize>,
-    gain: PerJoint,
-    /// Twice as many values.
-    q: PerJoint,
-    gamma: f64,
-    modifications: Modifications,
     /// Of the kernel form; `None`: every rule has its weight.
     pub kernel: Option<KernelParameters>,
-}
-
-/// The robust modifications, which are the same for all joints.
-#[derive(Clone, Copy)]
-struct Modifications {
-    leak_rate: f64,
-    error_modification: f64,
-    projection_radius: f64,
-    dead_zone: f64,
-    normalization: f64,
+    settings: Arc<CompensatorSettings>,
 }
 
 impl PyFuzzyCompensator {
+    fn under(
+        basis: PyFuzzyBasis,
+        settings: CompensatorSettings,
+    ) -> PyResult<PyClassInitializer<Self>> {
+        let settings = settings.checked().map_err(|error| refused(error, &basis.settings))?;
+        let joints = settings.joints().map_err(other_count)?;
+        let kernel = settings.kernel().map_err(value_error)?;
+        let settings = Arc::new(settings);
+        Ok(PyForm::under(&settings.clone(), Self { basis, joints, kernel, settings }))
+    }
+
     /// The core's parameters for `N` joints.
     pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
-        let Modifications {
-            leak_rate,
-            error_modification,
-            projection_radius,
-            dead_zone,
-            normalization,
-        } = self.modifications;
-        let adaptation = Adaptation {
-            gain: self.gain.each("gain")?,
-            leak_rate,
-            error_modification,
-            projection_radius,
-            dead_zone,
-            normalization,
-        };
-        let q = self.q.values(2 * N);
-        let half = |offset: usize| std::array::from_fn(|n| q[offset + n]);
-        let (q_position, q_velocity) = (half(0), half(N));
-        let inputs = self.basis.signals();
-        Ok(FuzzyParameters { inputs, q_position, q_velocity, gamma: self.gamma, adaptation })
+        self.settings.parameters().map_err(value_error)
     }
 
     /// The same for the joints of an arm.
-    pub fn of_joints<'py>(&self, py: Python<'py>, joints: usize) -> PyResult<Py<Self>> {
-        Py::new(py, Self { joints: Some(joints), ..self.clone() })
+    pub fn of_joints(&self, py: Python<'_>, joints: usize) -> PyResult<Py<Self>> {
+        let gain = PerJoint::Each(self.settings.gain.values(joints));
+        let settings = CompensatorSettings { gain, ..(*self.settings).clone() };
+        Py::new(py, Self::under(self.basis.clone(), settings)?)
     }
 
     fn joints_or_default(&self) -> usize {
         self.joints.unwrap_or(DEFAULT_JOINTS)
     }
-}
-
-/// Refuses parameters that are out of range.
-fn check<const N: usize>(compensator: &PyFuzzyCompensator) -> PyResult<()> {
-    let FuzzyParameters { adaptation, q_position, q_velocity, gamma, .. } =
-        compensator.parameters::<N>()?;
-    adaptation.validate().map_err(value_error)?;
-    non_negative("q", &[q_position, q_velocity].concat()).map_err(value_error)?;
-    if gamma != f64::INFINITY {
-        within("gamma", &[gamma], |g| g > 0.0, "a number > 0, or infinity").map_err(value_error)?;
-    }
-    Ok(())
 }
 
 #[pymethods]
@@ -194,72 +166,89 @@ impl PyFuzzyCompensator {
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
     fn new(
         basis: Any<'_, '_>,
-        q: Option<Any<'_, '_>>,
-        gain: Option<Any<'_, '_>>,
-        gamma: Option<Any<'_, '_>>,
-        leak_rate: Option<Any<'_, '_>>,
-        error_modification: Option<Any<'_, '_>>,
-        projection_radius: Option<Any<'_, '_>>,
-        dead_zone: Option<Any<'_, '_>>,
-        normalization: Option<Any<'_, '_>>,
-        dictionary: Option<Any<'_, '_>>,
-        merge_tolerance: Option<Any<'_, '_>>,
-    ) -> PyResult<Self> {
+        q: Given<'_, '_>,
+        gain: Given<'_, '_>,
+        gamma: Given<'_, '_>,
+        leak_rate: Given<'_, '_>,
+        error_modification: Given<'_, '_>,
+        projection_radius: Given<'_, '_>,
+        dead_zone: Given<'_, '_>,
+        normalization: Given<'_, '_>,
+        dictionary: Given<'_, '_>,
+        merge_tolerance: Given<'_, '_>,
+    ) -> PyResult<PyClassInitializer<Self>> {
         let basis = basis_of(basis)?;
-        let gain = PerJoint::or(gain, 1.0, "gain")?;
-        if let Some(message) = gain.len().and_then(|joints| basis.other_joints(joints, "gain")) {
+        let mut settings = CompensatorSettings::new((*basis.settings).clone());
+        if let Some(gain) = gain {
+            settings.gain = per_joint(gain, "gain")?;
+            let joints = settings.gain.count();
+            if let Some(message) = joints.and_then(|joints| basis.other_joints(joints, "gain")) {
+                return Err(PyValueError::new_err(message));
+            }
+        }
+        let joints = settings.joints().map_err(other_count)?;
+        if let Some(q) = q {
+            settings.q = diagonal(q, &basis, joints)?;
+        }
+        for (number, given, name) in [
+            (&mut settings.gamma, gamma, "gamma"),
+            (&mut settings.leak_rate, leak_rate, "leak_rate"),
+            (&mut settings.error_modification, error_modification, "error_modification"),
+            (&mut settings.projection_radius, projection_radius, "projection_radius"),
+            (&mut settings.dead_zone, dead_zone, "dead_zone"),
+            (&mut settings.normalization, normalization, "normalization"),
+        ] {
+            *number = scalar_or(given, *number, name)?;
+        }
+        settings.dictionary = dictionary.map(|it| count(it, "dictionary")).transpose()?;
+        let form = settings.basis.form;
+        if let Some(capacity) = settings.dictionary.filter(|_| form != Rules::Grid) {
+            let name = form.name();
+            return Err(PyValueError::new_err(format!(
+                "dictionary: got {capacity} for FuzzyBasis(form={name:?}), wants form=\"grid\": no \
+                 other has a kernel form"
+            )));
+        }
+        if let (None, Some(given)) = (dictionary, merge_tolerance) {
+            let message = format!(
+                "merge_tolerance: got {} without a dictionary, wants one: dictionary=256",
+                given.str()?
+            );
             return Err(PyValueError::new_err(message));
         }
-        let joints = common_joints(basis.joints, [("gain", gain.len())])?;
-        let q = q.map_or(Ok(PerJoint::All(10.0)), |q| diagonal(q, &basis, joints))?;
-        let joints = joints.or(q.len().map(|entries| entries / 2));
-        let modifications = Modifications {
-            leak_rate: scalar_or(leak_rate, 0.0, "leak_rate")?,
-            error_modification: scalar_or(error_modification, 0.0, "error_modification")?,
-            projection_radius: scalar_or(projection_radius, f64::INFINITY, "projection_radius")?,
-            dead_zone: scalar_or(dead_zone, 0.0, "dead_zone")?,
-            normalization: scalar_or(normalization, 0.0, "normalization")?,
-        };
-        let gamma = scalar_or(gamma, 1.0, "gamma")?;
-        let kernel = kernel_parameters(&basis, dictionary, merge_tolerance)?;
-        let this = Self { basis, joints, gain, q, gamma, modifications, kernel };
-        for_joints!(this.joints_or_default(), check(&this))?;
-        match (this.joints, kernel) {
-            (Some(joints), None) => this.basis.for_arm(joints).map(drop)?,
-            (Some(joints), Some(_)) => this.basis.check_for_arm(joints)?,
-            (None, _) => {}
-        }
-        Ok(this)
+        let part = merge_tolerance.map(|it| scalar(it, "merge_tolerance"));
+        settings.merge_tolerance = part.transpose()?;
+        Self::under(basis, settings)
     }
 
     /// The basis ξ.
     #[getter]
     fn basis(&self, py: Python<'_>) -> PyResult<Py<PyFuzzyBasis>> {
-        Py::new(py, self.basis.clone())
+        self.basis.object(py)
     }
 
     /// gain = Γ⁻¹ of each joint, (n,).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        self.gain.array(py, self.joints)
+        owned1(py, self.settings.gain.values(self.joints_or_default()))
     }
 
     /// γ of (19).
     #[getter]
     fn gamma(&self) -> f64 {
-        self.gamma
+        self.settings.gamma
     }
 
     /// Diagonal of Q, (2n,): [e₁ … eₙ, de₁ … deₙ].
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        self.q.array(py, Some(2 * self.joints_or_default()))
+        owned1(py, self.settings.q.values(2 * self.joints_or_default()))
     }
 
     /// Atoms of the kernel form at the most; None without a dictionary.
     #[getter]
     fn dictionary(&self) -> Option<usize> {
-        self.kernel.map(|kernel| kernel.capacity)
+        self.settings.dictionary
     }
 
     /// The part of a state that a merge may lose; None without a dictionary.
@@ -267,76 +256,6 @@ impl PyFuzzyCompensator {
     fn merge_tolerance(&self) -> Option<f64> {
         self.kernel.map(|kernel| kernel.merge_tolerance)
     }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let py = slf.py();
-        let this = slf.get();
-        let Modifications {
-            leak_rate,
-            error_modification,
-            projection_radius,
-            dead_zone,
-            normalization,
-        } = this.modifications;
-        // With the joints known, by the basis or by the gain.
-        let gain = match this.joints {
-            Some(joints) => PerJoint::Each(this.gain.values(joints)),
-            None => this.gain.clone(),
-        };
-        let arguments = (
-            this.basis(py)?,
-            this.q.to_python(py)?,
-            gain.to_python(py)?,
-            this.gamma,
-            leak_rate,
-            error_modification,
-            projection_radius,
-            dead_zone,
-            normalization,
-            this.dictionary(),
-            this.merge_tolerance(),
-        );
-        Ok((slf.get_type().into_any(), arguments.into_pyobject(py)?.into_any()))
-    }
-
-    fn __repr__(&self) -> String {
-        let Self { basis, gain, gamma, .. } = self;
-        let form = self.dictionary().map_or_else(String::new, |it| format!(", dictionary={it}"));
-        format!("FuzzyCompensator({}, gain={gain:?}, gamma={gamma}{form})", basis.__repr__())
-    }
-}
-
-/// The kernel form that is asked for, of a basis that has one.
-fn kernel_parameters(
-    basis: &PyFuzzyBasis,
-    dictionary: Option<Any<'_, '_>>,
-    merge_tolerance: Option<Any<'_, '_>>,
-) -> PyResult<Option<KernelParameters>> {
-    let Some(dictionary) = dictionary else {
-        if let Some(given) = merge_tolerance {
-            let message = format!(
-                "merge_tolerance: got {} without a dictionary, wants one: dictionary=256",
-                given.str()?
-            );
-            return Err(PyValueError::new_err(message));
-        }
-        return Ok(None);
-    };
-    let capacity = count(dictionary, "dictionary")?;
-    let mut kernel = KernelParameters { capacity, ..KernelParameters::default() };
-    if let Some(given) = merge_tolerance {
-        kernel.merge_tolerance = scalar(given, "merge_tolerance")?;
-    }
-    let argument = |parameter| if parameter == "capacity" { "dictionary" } else { parameter };
-    kernel.validate().map_err(|error| value_error(renamed(error, argument)))?;
-    if !basis.is_grid() {
-        let message = format!(
-            "dictionary: got {capacity} for {}, wants form=\"grid\": no other has a kernel form",
-            basis.__repr__()
-        );
-        return Err(PyValueError::new_err(message));
-    }
-    Ok(Some(kernel))
 }
 
 /// Q from a scalar, its diagonal (2n,), or a diagonal matrix (2n, 2n).

@@ -9,6 +9,7 @@ mod convert;
 mod design;
 mod dispatch;
 mod errors;
+mod form;
 mod fuzzy;
 mod limits;
 mod monitor;
@@ -17,6 +18,7 @@ mod per_joint;
 mod plant;
 mod riccati;
 mod saving;
+mod scenario;
 mod serial;
 mod serial_changes;
 mod serial_files;
@@ -39,8 +41,7 @@ const _: () = {
     assert!(fits_python::<basis::PyFuzzyBasis>() && fits_python::<riccati::PySolution>());
     assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
     assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
-    assert!(fits_python::<signals::PySines>() && fits_python::<signals::PyQuintic>());
-    assert!(fits_python::<signals::PyTable>() && fits_python::<plant::PyPlant>());
+    assert!(fits_python::<signals::PyMotion>() && fits_python::<plant::PyPlant>());
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
@@ -59,6 +60,8 @@ mod core_module {
     #[pymodule_export]
     use super::errors::NoStabilizingSolution;
     #[pymodule_export]
+    use super::form::PyForm;
+    #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
     #[pymodule_export]
     use super::limits::PyExcess;
@@ -67,9 +70,11 @@ mod core_module {
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
+    use super::scenario::{paper_settings, read_scenario};
+    #[pymodule_export]
     use super::serial::PySerial;
     #[pymodule_export]
-    use super::signals::{PyQuintic, PySines, PyTable};
+    use super::signals::{PyMotion, PyQuintic, PySines, PyTable};
     #[pymodule_export]
     use super::simulate::{channels, metrics, simulate};
     #[pymodule_export]

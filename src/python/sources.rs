@@ -11,13 +11,13 @@ use super::any_arm::{AnyArm, Arms};
 use super::arm::PyArm;
 use super::convert::{Any, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
 use super::dispatch::{each, same_joints};
-use super::motion::Motion;
-use super::signals::{PyQuintic, PySines, PyTable};
+use super::signals::PyMotion;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Reference, Setpoint};
+use crate::scenario::Motion;
 
 /// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
 pub(super) struct Callback {
@@ -74,26 +74,15 @@ enum Source<const N: usize> {
 impl<const N: usize> Source<N> {
     /// `name` and `call` are for the message to a user who gave something else.
     fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
-        let (joints, motion) = if let Ok(sines) = value.cast::<PySines>() {
-            (sines.get().joints, Some(&sines.get().signal))
-        } else if let Ok(quintic) = value.cast::<PyQuintic>() {
-            (quintic.get().joints, Some(&quintic.get().signal))
-        } else if let Ok(table) = value.cast::<PyTable>() {
-            (Some(table.get().joints), Some(&table.get().signal))
-        } else {
-            (None, None)
-        };
-        let Some(signal) = motion else {
+        let Ok(motion) = value.cast::<PyMotion>() else {
             return Ok(Self::Callback(Callback::new(value, name, call)?));
         };
-        same_joints(name, joints.unwrap_or(N), N)?;
-        if let Some(motion) = signal.as_any().downcast_ref::<Motion<N>>() {
-            return Ok(Self::Motion(motion.clone()));
-        }
-        // Scalars, which count for the joints of any arm.
-        match value.cast::<PySines>() {
-            Ok(sines) => sines.get().motion().map(Self::Motion),
-            Err(_) => value.cast::<PyQuintic>()?.get().motion().map(Self::Motion),
+        let motion = motion.get();
+        same_joints(name, motion.joints.unwrap_or(N), N)?;
+        match motion.signal.as_any().downcast_ref::<Motion<N>>() {
+            Some(motion) => Ok(Self::Motion(motion.clone())),
+            // Scalars, which count for the joints of any arm.
+            None => motion.motion().map(Self::Motion),
         }
     }
 

@@ -53,6 +53,16 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
         Ok(Self { offset: offset.into(), harmonics })
     }
 
+    /// o, the constant part.
+    pub fn offset(&self) -> &Vector<N> {
+        &self.offset
+    }
+
+    /// The harmonics.
+    pub fn harmonics(&self) -> &[Harmonic<N>] {
+        self.harmonics.as_ref()
+    }
+
     /// The sum alone, without its derivatives, at time `t` \[s\].
     #[inline(always)]
     pub fn value(&self, t: f64) -> Vector<N> {

@@ -1,4 +1,4 @@
-//! Why a description was refused: where it stands, what it says, what would be accepted.
+//! Why a file was refused: where it stands, what it says, what would be accepted.
 
 use std::fmt;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::path::Path;
 /// Longest piece of a file that a message repeats, in characters.
 const LONGEST_QUOTE: usize = 60;
 
-/// Why a robot description could not be read.
+/// Why a robot description, or another file, could not be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct ReadError {
@@ -19,12 +19,12 @@ pub struct ReadError {
 }
 
 impl ReadError {
-    pub(super) fn new(message: impl Into<String>) -> Self {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
         Self { file: None, line: None, message: message.into() }
     }
 
     /// In the line of `text` that holds the byte `at`.
-    pub(super) fn at(text: &str, at: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn at(text: &str, at: usize, message: impl Into<String>) -> Self {
         Self::new(message).on_line(line_of(text, at))
     }
 

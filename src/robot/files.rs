@@ -10,7 +10,7 @@ use super::ReadError;
 pub(super) const LARGEST: usize = 16 << 20;
 
 /// Refuses a text that is too large.
-pub(super) fn limited(text: &str) -> Result<(), ReadError> {
+pub(crate) fn limited(text: &str) -> Result<(), ReadError> {
     match text.len() <= LARGEST {
         true => Ok(()),
         false => Err(too_large(text.len() as u64)),

@@ -24,6 +24,8 @@ mod urdf;
 pub use dh::{Convention, DhRow};
 pub use error::ReadError;
 #[cfg(feature = "urdf")]
+pub(crate) use files::limited;
+#[cfg(feature = "urdf")]
 pub use shipped::{SHIPPED, shipped};
 #[cfg(feature = "urdf")]
 pub use urdf::UrdfOptions;

@@ -278,7 +278,7 @@ CASES: list[tuple[str, Callable[[], object]]] = [
     ("cos: got values for 3 joints, wants 2", lambda: sa.Sines(1.0, sin=TWO, cos=THREE)),
     ("offset: got values for 2 joints, wants 3", lambda: sa.Sines([1], sin=[THREE], offset=TWO)),
     ("sin: got shape (2, 2), wants (1, n) with n", lambda: sa.Sines([1], sin=np.zeros((2, 2)))),
-    ("q: got shape (2, 9), wants (2, n) with n", lambda: sa.Table((0, 1), np.zeros((2, 9)))),
+    ("q: got shape (2, 13), wants (2, n) with n", lambda: sa.Table((0, 1), np.zeros((2, 13)))),
     (
         "ddq: got shape (2, 3), wants (2, 2)",
         lambda: sa.Table((0, 1), np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 3))),

@@ -31,4 +31,6 @@ mod reference;
 mod riccati;
 #[cfg(feature = "urdf")]
 mod robot;
+#[cfg(feature = "urdf")]
+mod scenario;
 mod sim;

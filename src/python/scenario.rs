@@ -1,0 +1,58 @@
+//! Settings as Python objects: those of the paper, and those of a file.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use super::basis::PyFuzzyBasis;
+use super::errors::{read_error, value_error};
+use super::fuzzy::PyFuzzyCompensator;
+use super::signals::{PyQuintic, PySines, PyTable};
+use super::two_link::PyTwoLink;
+use crate::paper;
+use crate::scenario::{MotionSettings, Scenario};
+
+/// The paper's third simulation in each of its readings, as sections of arguments.
+#[pyfunction]
+pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
+    let readings = PyDict::new(py);
+    for (name, reading) in [("printed", paper::PRINTED), ("claimed", paper::CLAIMED)] {
+        readings.set_item(name, &Scenario::paper(reading).map_err(value_error)?)?;
+    }
+    Ok(readings)
+}
+
+/// What a scenario in TOML says, as objects by section: `two_link`, `plant`, `compensator`,
+/// `reference`, `disturbance`; `controller` as arguments; None for what it does not say.
+///
+/// Raises ValueError naming the path of the key.
+#[pyfunction]
+pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
+    let scenario = Scenario::from_toml(text).map_err(read_error)?;
+    let sections = (&scenario).into_pyobject(py)?;
+    let class_of = |motion: &Option<MotionSettings>| match motion {
+        Some(MotionSettings::Table(_)) => (".table", py.get_type::<PyTable>()),
+        Some(MotionSettings::Quintic(_)) => (".quintic", py.get_type::<PyQuintic>()),
+        Some(MotionSettings::Sines(_)) | None => (".sines", py.get_type::<PySines>()),
+    };
+    for (name, (below, class)) in [
+        ("two_link", ("", py.get_type::<PyTwoLink>())),
+        ("plant", ("", py.get_type::<PyTwoLink>())),
+        ("compensator", ("", py.get_type::<PyFuzzyCompensator>())),
+        ("reference", class_of(&scenario.reference)),
+        ("disturbance", class_of(&scenario.disturbance)),
+    ] {
+        let Ok(arguments) = sections.as_any().get_item(name)?.cast_into::<PyDict>() else {
+            continue;
+        };
+        if let Some(basis) = arguments.get_item("basis")? {
+            let basis = py.get_type::<PyFuzzyBasis>().call((), Some(basis.cast()?))?;
+            arguments.set_item("basis", basis)?;
+        }
+        let object = class
+            .call((), Some(&arguments))
+            .map_err(|error| PyValueError::new_err(format!("{name}{below}.{}", error.value(py))))?;
+        sections.set_item(name, object)?;
+    }
+    Ok(sections)
+}

@@ -1,0 +1,22 @@
+//! The parameters of everything that is configured, each said once: what they are called, what they
+//! are by default, what they may be.
+//!
+//! The core's structs have a size, `N` joints, and no heap; these have neither, so one number may
+//! stand for all joints. `build` makes the core's struct from them, for as many joints as it is
+//! asked for. Python's classes hold them and TOML is read into them ([`Scenario`]): keys, defaults
+//! and refusals are the same everywhere.
+
+mod controller;
+mod file;
+mod fuzzy;
+mod inputs;
+mod motion;
+mod numbers;
+mod paper;
+
+pub use controller::{ControllerSettings, TwoLinkSettings};
+pub use file::Scenario;
+pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
+pub use inputs::InputSettings;
+pub use motion::{Motion, MotionSettings, QuinticSettings, SinesSettings, TableSettings};
+pub use numbers::{Numbers, PerJoint};

@@ -1,0 +1,248 @@
+//! Motions and disturbances: sums of sines, quintics, tables.
+
+use serde::{Deserialize, Serialize};
+
+use super::numbers::{Numbers, PerJoint, agreed};
+use crate::error::{Error, Problem, Result, length};
+use crate::math::Vector;
+use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
+
+/// A motion of `N` joints.
+#[derive(Clone, Debug)]
+pub enum Motion<const N: usize> {
+    /// A sum of sines.
+    Sines(Sines<N, Vec<Harmonic<N>>>),
+    /// Point to point.
+    Quintic(Quintic<N>),
+    /// Samples.
+    Table(Table<N, Vec<f64>>),
+}
+
+impl<const N: usize> Motion<N> {
+    /// The position alone, without its derivatives.
+    #[inline(always)]
+    pub fn position(&self, t: f64) -> Vector<N> {
+        match self {
+            Self::Sines(sines) => sines.value(t),
+            motion => motion.at(t).q,
+        }
+    }
+}
+
+impl<const N: usize> Reference<N> for Motion<N> {
+    #[inline(always)]
+    fn at(&self, t: f64) -> Setpoint<N> {
+        match self {
+            Self::Sines(sines) => sines.at(t),
+            Self::Quintic(quintic) => quintic.at(t),
+            Self::Table(table) => table.at(t),
+        }
+    }
+}
+
+/// A motion of any joint count.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum MotionSettings {
+    /// A sum of sines.
+    Sines(SinesSettings),
+    /// Point to point.
+    Quintic(QuinticSettings),
+    /// Samples.
+    Table(TableSettings),
+}
+
+impl MotionSettings {
+    /// The motion of `N` joints.
+    ///
+    /// # Errors
+    /// Naming the parameter: it is of another joint count, or as the motion's own constructor says.
+    pub fn build<const N: usize>(&self) -> Result<Motion<N>> {
+        match self {
+            Self::Sines(sines) => sines.build().map(Motion::Sines),
+            Self::Quintic(quintic) => quintic.build().map(Motion::Quintic),
+            Self::Table(table) => table.build().map(Motion::Table),
+        }
+    }
+
+    /// Its name, as in a file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sines(_) => "sines",
+            Self::Quintic(_) => "quintic",
+            Self::Table(_) => "table",
+        }
+    }
+
+    /// The joint count that it is for; `None`: any.
+    ///
+    /// # Errors
+    /// `WrongLength`, naming a parameter that does not go with the ones before.
+    pub fn joints(&self) -> Result<Option<usize>> {
+        let found = match self {
+            Self::Sines(SinesSettings { sin, cos, offset, .. }) => {
+                let columns = |rows: &Option<Numbers>| rows.as_ref().and_then(Numbers::columns);
+                vec![("sin", columns(sin)), ("cos", columns(cos)), ("offset", offset.count())]
+            }
+            Self::Quintic(QuinticSettings { start, goal, .. }) => {
+                vec![("start", start.count()), ("goal", goal.count())]
+            }
+            Self::Table(TableSettings { q, .. }) => vec![("q", q.first().map(Vec::len))],
+        };
+        found.into_iter().try_fold(None, agreed)
+    }
+}
+
+/// Parameters of [`Sines`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SinesSettings {
+    /// ω [rad/s]: one, or K.
+    pub frequency: PerJoint,
+    /// Amplitudes of the sines: for one frequency a number or one a joint, for K of them K lists.
+    #[serde(default)]
+    pub sin: Option<Numbers>,
+    /// Of the cosines.
+    #[serde(default)]
+    pub cos: Option<Numbers>,
+    /// The constant part.
+    #[serde(default = "zero")]
+    pub offset: PerJoint,
+}
+
+fn zero() -> PerJoint {
+    0.0.into()
+}
+
+impl SinesSettings {
+    /// No amplitudes, no constant part.
+    pub fn new(frequency: PerJoint) -> Self {
+        Self { frequency, sin: None, cos: None, offset: zero() }
+    }
+
+    /// The sum for `N` joints.
+    ///
+    /// # Errors
+    /// As [`Sines::new`], naming `frequency`, `sin`, `cos` or `offset`; `WrongLength`.
+    pub fn build<const N: usize>(&self) -> Result<Sines<N, Vec<Harmonic<N>>>> {
+        let [sin, cos] = [self.rows("sin", &self.sin)?, self.rows("cos", &self.cos)?];
+        let frequencies = self.frequency.as_slice().iter().zip(sin.iter().zip(&cos));
+        let harmonics = frequencies.map(|(&frequency, (sin, cos))| {
+            Ok(Harmonic { frequency, sin: sin.each("sin")?, cos: cos.each("cos")? })
+        });
+        let harmonics = harmonics.collect::<Result<Vec<_>>>()?;
+        Sines::new(self.offset.each("offset")?, harmonics).map_err(|error| {
+            let name = error.parameter();
+            error.named(name.strip_prefix("harmonics.").unwrap_or(name))
+        })
+    }
+
+    /// Amplitudes, an entry a frequency.
+    fn rows(&self, name: &'static str, amplitudes: &Option<Numbers>) -> Result<Vec<PerJoint>> {
+        let count = self.frequency.as_slice().len();
+        match (amplitudes, &self.frequency) {
+            (None, _) => Ok(vec![zero(); count]),
+            (Some(Numbers::Same(values)), PerJoint::All(_)) => Ok(vec![values.clone()]),
+            (Some(Numbers::Rows(rows)), PerJoint::Each(_)) => {
+                length(name, rows.len(), count)?;
+                Ok(rows.iter().cloned().map(PerJoint::Each).collect())
+            }
+            (Some(Numbers::Rows(rows)), PerJoint::All(_)) => {
+                let wanted = "no rows: a number or one a joint, as the frequency is one number";
+                Err(Error::out_of_range(name, rows.len() as f64, wanted))
+            }
+            (Some(Numbers::Same(values)), PerJoint::Each(_)) => {
+                let wanted = "a list of lists: one row of amplitudes for each frequency";
+                Err(Error::out_of_range(name, values.as_slice().len() as f64, wanted))
+            }
+        }
+    }
+}
+
+impl<const N: usize, T: AsRef<[Harmonic<N>]>> From<&Sines<N, T>> for SinesSettings {
+    fn from(sines: &Sines<N, T>) -> Self {
+        let harmonics = sines.harmonics();
+        let rows = |of: fn(&Harmonic<N>) -> &[f64; N]| {
+            Some(Numbers::Rows(harmonics.iter().map(|harmonic| of(harmonic).to_vec()).collect()))
+        };
+        let frequency = PerJoint::Each(harmonics.iter().map(|it| it.frequency).collect());
+        let (sin, cos) = (rows(|it| &it.sin), rows(|it| &it.cos));
+        Self { frequency, sin, cos, offset: PerJoint::Each(sines.offset().as_slice().to_vec()) }
+    }
+}
+
+/// Parameters of [`Quintic`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct QuinticSettings {
+    /// Where it starts [rad].
+    pub start: PerJoint,
+    /// Where it ends [rad].
+    pub goal: PerJoint,
+    /// How long it takes [s].
+    pub duration: f64,
+    /// When it leaves [s].
+    #[serde(default)]
+    pub start_time: f64,
+}
+
+impl QuinticSettings {
+    /// The motion of `N` joints.
+    ///
+    /// # Errors
+    /// As [`Quintic::new`]; `WrongLength`.
+    pub fn build<const N: usize>(&self) -> Result<Quintic<N>> {
+        let Self { start, goal, duration, start_time } = self;
+        Quintic::new(start.each("start")?, goal.each("goal")?, *start_time, *duration)
+    }
+}
+
+/// Parameters of [`Table`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TableSettings {
+    /// Times of the samples [s], increasing.
+    pub t: Vec<f64>,
+    /// Positions [rad], a list a sample.
+    pub q: Vec<Vec<f64>>,
+    /// Velocities [rad/s], with the accelerations or not at all.
+    #[serde(default)]
+    pub dq: Option<Vec<Vec<f64>>>,
+    /// Accelerations [rad/s²], with the velocities or not at all.
+    #[serde(default)]
+    pub ddq: Option<Vec<Vec<f64>>>,
+}
+
+impl TableSettings {
+    /// The motion of `N` joints.
+    ///
+    /// # Errors
+    /// As [`Table::new`] or [`Table::from_positions`]; `WrongLength`, naming `q`, `dq` or `ddq`
+    /// with the sample.
+    pub fn build<const N: usize>(&self) -> Result<Table<N, Vec<f64>>> {
+        let q = flat::<N>("q", &self.q)?;
+        match (&self.dq, &self.ddq) {
+            (None, None) => Table::from_positions(&self.t, &q),
+            (dq, ddq) => {
+                let rows = |name, rows: &Option<_>| flat::<N>(name, rows.as_deref().unwrap_or(&[]));
+                Table::new(self.t.clone(), q, rows("dq", dq)?, rows("ddq", ddq)?)
+            }
+        }
+        .map_err(|error| match error.problem() {
+            // Lengths and positions are of rows here.
+            Problem::WrongLength { got, wanted } if error.parameter() != "t" => {
+                Error::wrong_length(error.parameter(), got / N, wanted / N)
+            }
+            _ if error.parameter() != "t" => error.at(error.index().map(|i| i / N)),
+            _ => error,
+        })
+    }
+}
+
+/// Rows of `N` numbers, one after the other.
+fn flat<const N: usize>(name: &'static str, rows: &[Vec<f64>]) -> Result<Vec<f64>> {
+    for (k, row) in rows.iter().enumerate() {
+        length(name, row.len(), N).map_err(|error| error.at(k))?;
+    }
+    Ok(rows.concat())
+}
