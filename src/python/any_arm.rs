@@ -1,12 +1,21 @@
 //! Any arm behind one type, for tracker, plant and the classes of arms.
 
+use pyo3::prelude::*;
+
 use super::dispatch::by_joints;
+use super::errors::read_error;
 use crate::arm::{Arm, JointFriction, JointKind, JointLimits, JointStop, Pose, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
+use crate::robot::Description;
 
 by_joints! {
     /// Any arm of any joint count.
     Arms of AnyArm
+}
+
+by_joints! {
+    /// A chain of any joint count.
+    Chains of Serial
 }
 
 /// Any arm of `N` joints.
@@ -15,6 +24,16 @@ pub(super) enum AnyArm<const N: usize> {
     /// Only where `N` is 2.
     TwoLink(TwoLink),
     Serial(Box<Serial<N>>),
+}
+
+/// The chain of a description, also as any arm.
+pub(super) fn chain<const N: usize>(description: &Description) -> PyResult<(Chains, Arms)>
+where
+    Chains: From<Serial<N>>,
+    Arms: From<AnyArm<N>>,
+{
+    let chain: Serial<N> = description.arm().map_err(read_error)?;
+    Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
 }
 
 impl<const N: usize> AnyArm<N> {

@@ -12,9 +12,13 @@ use super::convert::{
 use super::dispatch::{each, of_joints, other_joints};
 use crate::arm::{Arm, Pose};
 
-/// An arm of n joints: the base class of `TwoLink` and `Serial`.
+/// An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
 ///
-/// q [rad], dq [rad/s], ddq [rad/s²], tau [N·m]: (n,), finite.
+/// ``M(q) ddq + H(q, dq) + s(q, dq) = tau`` with ``H = C dq + G + f`` (6).
+///
+/// ``q`` [rad], ``dq`` [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are
+/// fastest. ``out``: a float64 array (n,) that is written to and returned. For a prismatic joint,
+/// read m for rad and N for N·m.
 #[pyclass(name = "Arm", module = "steadyarm", subclass, frozen)]
 pub(super) struct PyArm {
     pub arms: Arms,
@@ -49,13 +53,16 @@ impl PyArm {
 
 #[pymethods]
 impl PyArm {
-    /// Number of joints.
+    /// Number of joints n.
     #[getter]
     pub fn joints(&self) -> usize {
         self.arms.joints()
     }
 
-    /// How the joints move: "revolute", "continuous" (its error goes around) or "prismatic".
+    /// How the joints move, from the base on: "revolute", "continuous" or "prismatic".
+    ///
+    /// A continuous joint turns without an end, and positions a turn apart are the same. A tracker
+    /// with this nominal arm takes its error around the circle, -π <= e < π.
     #[getter]
     fn joint_kinds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         each!(&self.arms, Arms, arm => PyTuple::new(py, arm.joint_kinds().map(|kind| kind.name())))
@@ -85,14 +92,14 @@ impl PyArm {
         })
     }
 
-    /// f(dq) [N·m], (n,).
+    /// f(dq) [N·m], (n,): viscous, Coulomb and Stribeck friction.
     fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
         each!(&self.arms, Arms, arm => {
             Ok(array1(py, arm.friction(&finite_vector(dq, "dq")?).as_slice()))
         })
     }
 
-    /// s(q, dq) [N·m], (n,), what drives the joints into their stops; part of the dynamics.
+    /// s(q, dq) [N·m], (n,): what drives the joints on into the stops of `with_stops`.
     fn stops<'py>(
         &self,
         py: Python<'py>,
@@ -105,7 +112,7 @@ impl PyArm {
         })
     }
 
-    /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. 6.
+    /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6).
     fn bias<'py>(
         &self,
         py: Python<'py>,
@@ -118,7 +125,7 @@ impl PyArm {
         })
     }
 
-    /// tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to `out` if it is given.
+    /// tau = M(q) ddq + H(q, dq) + s(q, dq) [N·m], (n,), written to ``out`` if it is given.
     #[inline]
     #[pyo3(signature = (q, dq, ddq, out=None))]
     fn inverse_dynamics<'py>(
@@ -136,7 +143,7 @@ impl PyArm {
         })
     }
 
-    /// ddq = M(q)^-1 (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to `out` if it is given.
+    /// ddq = M(q)⁻¹ (tau - H(q, dq) - s(q, dq)) [rad/s²], (n,), written to ``out`` if given.
     #[pyo3(signature = (q, dq, tau, out=None))]
     fn forward_dynamics<'py>(
         &self,
@@ -171,7 +178,7 @@ impl PyArm {
         owned2(py, homogeneous(&pose).to_vec(), 4)
     }
 
-    /// Poses of the joints' frames in the base, (n, 4, 4).
+    /// Poses of the joints' frames in the base, (n, 4, 4); x is along the link in a TwoLink.
     fn link_poses<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array3<'py>> {
         let poses = each!(&self.arms, Arms, arm => arm.link_poses(&finite_vector(q, "q")?));
         matrices(py, poses.iter().flat_map(homogeneous).collect(), 4)

@@ -19,15 +19,35 @@ use crate::scenario::{BasisSettings, InputSettings, Numbers, PerJoint, Rules};
 /// Most entries of an evaluated basis (2 GiB).
 const MAX_ENTRIES: usize = 1 << 28;
 
-/// Gaussian fuzzy sets, how they combine to rules, and the signals they see (eqs. 1-4).
+/// Gaussian fuzzy sets, how they combine to rules, and the signals they see: ξ(x) of (1)-(4).
 ///
-/// form: "grid" (a rule for every combination of one set per input), "shared" (rule j uses set j on
-/// every input), "concat" (a rule for every set of every input) or "per_joint" (a grid for each
-/// joint). centers: a list for all inputs, or a list of lists, one an input; width: σ, a scalar,
-/// one a set, or one an input. normalized: fuzzy basis functions (4) or raw firing strengths.
-/// inputs: "error" (e, de), "state" (q, dq), "reference" (q_d, dq_d), "trajectory" (q_d, dq_d,
-/// ddq_d), a list of these signals, or a dict signal -> scale. joints: of the arm; by default those
-/// that the lists of centers are for, or any.
+/// The paper gives the sets but not the rules; all four readings are here. Inputs come joint after
+/// joint within a signal: [e₁ … eₙ, de₁ … deₙ] for "error". ξ is finite however far x is from the
+/// centres.
+///
+/// Parameters
+/// ----------
+/// form: "grid": a rule for every combination of one set per input (5⁴ = 625 for the paper's
+///     sets); "shared": rule j uses set j on every input (5); "concat": a rule for every set of
+///     every input, normalised input by input (20); "per_joint": a grid for each joint over its
+///     own inputs (25 each).
+/// centers: centres of the sets, (sets,) for all inputs, or a list of such lists, one an input.
+/// width: σ of exp(-((x - c)/σ)²/2), 1e-9 to 1e9: a scalar, one a set, or (with ``centers`` an
+///     input) one an input or one list an input. The paper's exp(-(x - c)²) is σ = 1/√2.
+/// normalized: fuzzy basis functions (4), or raw firing strengths.
+/// inputs: "error" (e, de), the paper's; "state" (q, dq); "reference" (q_d, dq_d); "trajectory"
+///     (q_d, dq_d, ddq_d); one signal, a list of signals, or a dict signal -> scale that
+///     multiplies it. ``e`` of a continuous joint lies in [-π, π); ``q`` and ``q_d`` are as they
+///     are measured and given, turns included.
+/// joints: of the arm; by default those that the lists of ``centers`` are for, or any. A controller
+///     builds the rules for its own arm.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     Naming the parameter. At most 64 inputs, 512 sets, 1 048 576 rules: nothing is allocated
+///     before that is known. A "grid" may have any number of rules: it is refused only where they
+///     would be written out, so not by a `FuzzyCompensator` with a ``dictionary``.
 #[pyclass(name = "FuzzyBasis", module = "steadyarm", frozen, extends = PyForm)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyBasis {
@@ -147,7 +167,7 @@ impl PyFuzzyBasis {
         self.settings.joints
     }
 
-    /// Number of rules for the arm's inputs, however many.
+    /// Number of rules for the arm's inputs (per_joint: of all joints together).
     #[getter]
     fn rules<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let joints = self.joints_or_default();
@@ -160,8 +180,10 @@ impl PyFuzzyBasis {
         axes.iter().try_fold(one, |rules, axis| rules.mul(axis.centers.len()))
     }
 
-    /// ξ at every row of x: (T, inputs) -> (T, rules). The inputs are joint after joint within a
-    /// signal.
+    /// ξ at every row of ``x``: (T, inputs) -> (T, rules).
+    ///
+    /// The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
+    /// ValueError for a wrong shape, NaN, infinity, too many rules, or more than 2²⁸ entries.
     fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
         let (rows, columns, values) = matrix(x, "x", "(samples, inputs)")?;
         if columns == 0 {

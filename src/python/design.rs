@@ -10,7 +10,7 @@ use super::tracked::Trackers;
 use super::tracker::PyComputedTorque;
 use crate::design::{Conditions, Finding, JointReport};
 
-/// Figures joint by joint, findings in words, and the verdict.
+/// Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict.
 #[pyfunction]
 pub(super) fn design<'py>(
     py: Python<'py>,

@@ -10,7 +10,14 @@ pyo3::create_exception!(
     steadyarm,
     NoStabilizingSolution,
     PyValueError,
-    "The Riccati equation has no stabilising solution; attributes gamma, gamma_opt, max_scale."
+    "The Riccati equation (19) has no stabilising solution.\n\n\
+     There is one exactly when ``gamma > gamma_opt``, or, at this gamma, for Q times less than\n\
+     ``max_scale``.\n\n\
+     Attributes\n\
+     ----------\n\
+     gamma: γ that was asked for.\n\
+     gamma_opt: the smallest γ with a solution for this Q; γ must be larger.\n\
+     max_scale: at this γ, Q times anything smaller than this has a solution."
 );
 
 /// The core's error as a Python exception.

@@ -56,7 +56,11 @@ where
     }
 }
 
-/// Base of the classes that are their arguments: two are equal when these are.
+/// What is nothing but its arguments: two are equal, with one hash, when these are.
+///
+/// ``copy.replace(it, argument=value)``, or before Python 3.13 ``it.__replace__(argument=value)``,
+/// is a copy with other arguments. It can be pickled; its repr shows every argument, long lists by
+/// their first and last entry.
 #[pyclass(name = "Settings", module = "steadyarm", subclass, frozen)]
 pub(super) struct PyForm(Arc<dyn Form>);
 

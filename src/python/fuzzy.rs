@@ -18,7 +18,9 @@ use crate::control::{FuzzyParameters, KernelParameters};
 use crate::fuzzy::FuzzyApproximator;
 use crate::scenario::{CompensatorSettings, PerJoint, Rules};
 
-/// A fuzzy system as a function approximator, y(x) = W ξ(x), fitted to samples (eqs. 3, 5).
+/// A fuzzy system as a function approximator, y(x) = W ξ(x) (3), (5), fitted by `fit`.
+///
+/// Call it with ``x`` (T, inputs): it gives y at every row, (T, outputs).
 #[pyclass(name = "FuzzyApproximator", module = "steadyarm", frozen)]
 pub(super) struct PyFuzzyApproximator {
     basis: PyFuzzyBasis,
@@ -29,7 +31,10 @@ pub(super) struct PyFuzzyApproximator {
 
 #[pymethods]
 impl PyFuzzyApproximator {
-    /// Fit W to samples x (T, inputs) and y (T, outputs): least squares with `ridge` T |W|² added.
+    /// Fit W to T samples: min Σ |W ξ(xₖ) - yₖ|² + ridge T |W|².
+    ///
+    /// ``x`` (T, inputs), ``y`` (T, outputs), ``ridge`` >= 0; at most 4096 rules. Raises ValueError
+    /// naming the argument; ``ridge`` if it is too small for the samples to determine W.
     #[staticmethod]
     #[pyo3(signature = (basis, x, y, ridge=None), text_signature = "(basis, x, y, ridge=1e-10)")]
     fn fit(
@@ -55,7 +60,9 @@ impl PyFuzzyApproximator {
         Ok(Self { basis, approximator: approximator.into() })
     }
 
-    /// y(x) = W ξ(x) over this many inputs with known weights (outputs, rules).
+    /// Use known weights (outputs, rules) over this many inputs.
+    ///
+    /// Raises ValueError for a wrong shape, or weights that are not finite.
     #[staticmethod]
     fn from_weights(basis: Any<'_, '_>, inputs: usize, weights: Any<'_, '_>) -> PyResult<Self> {
         let basis = basis_of(basis)?;
@@ -103,15 +110,38 @@ impl PyFuzzyApproximator {
     }
 }
 
-/// The fuzzy compensator ρ̂ = W ξ with the adaptive law (18): gain, Q and γ of (19), robust
-/// modifications.
+/// The fuzzy compensator ρ̂ = W ξ (12)-(13) with the adaptive law (18); P comes from (19).
 ///
-/// gain = Γ⁻¹: scalar or (n,), > 0. q: diagonal of Q, a scalar, (2n,) for [e₁ … eₙ, de₁ … deₙ], or
-/// a diagonal (2n, 2n). gamma: the γ of (19). leak_rate [1/s], error_modification,
-/// projection_radius, dead_zone, normalization: off by default. dictionary: None, or a number of
-/// atoms, 1 to 4096: a grid of any number of rules in kernel form, of which the compensator
-/// remembers so many states. merge_tolerance: a new state is merged into its nearest where that
-/// loses less than this part of it, 0 <= part < 1.
+/// ``dW/dt = gain BᵀP x ξᵀ`` with ``gain = Γ⁻¹``: the paper's Γ = diag(7, 7) is a gain of 1/7.
+///
+/// Parameters
+/// ----------
+/// basis: ξ and the signals it sees.
+/// q: Q of (19): a scalar for all entries, its diagonal (2n,) for [e₁ … eₙ, de₁ … deₙ], or a
+///     diagonal matrix (2n, 2n); >= 0. The paper's is 10.
+/// gain: Γ⁻¹, scalar or (n,), > 0.
+/// gamma: attenuation level γ of (19), > 0 or infinity; the paper's is 1.
+/// leak_rate: σ-modification as a rate [1/s]: the weights return to their prior like
+///     exp(-leak_rate t).
+/// error_modification: e-modification κ: a leak at the rate gain κ |BᵀPx|.
+/// projection_radius: radius of the ball that |W - W₀| stays in, the paper's Ω_f; None or inf for
+///     none.
+/// dead_zone: d₀: the gain is scaled by max(0, 1 - d₀/|BᵀPx|).
+/// normalization: ν: the gain is divided by 1 + ν |ξ|².
+/// dictionary: None: every rule has its weight. A number, 1 to 4096: the kernel form of a "grid" of
+///     any number of rules. At most so many states are remembered, and W = Σ cₖ ξ(xₖ)ᵀ is made of
+///     them. It is the same to rounding until a state is merged or dropped. The `dictionary` of a
+///     `ComputedTorque` counts both, and bounds what they lost. 256 is a good number; memory grows
+///     with its square. |ξ|² is a product over the inputs: over many inputs, sets that overlap
+///     widely learn next to nothing. Make them narrow (σ of 0.3 spacings) and the gain large.
+/// merge_tolerance: a new state is merged into its nearest where that loses less than this part of
+///     it, 0 <= part < 1 (0 merges nothing); 0.05 with a dictionary, refused without.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     Naming the parameter. Whether (19) has a solution shows when a `ComputedTorque` with its
+///     gains is built: it raises `NoStabilizingSolution`.
 #[pyclass(name = "FuzzyCompensator", module = "steadyarm", frozen, extends = PyForm)]
 #[derive(Clone)]
 pub(super) struct PyFuzzyCompensator {
@@ -227,7 +257,7 @@ impl PyFuzzyCompensator {
         self.basis.object(py)
     }
 
-    /// gain = Γ⁻¹ of each joint, (n,).
+    /// Γ⁻¹ of each joint, (n,).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
         owned1(py, self.settings.gain.values(self.joints_or_default()))
@@ -245,7 +275,7 @@ impl PyFuzzyCompensator {
         owned1(py, self.settings.q.values(2 * self.joints_or_default()))
     }
 
-    /// Atoms of the kernel form at the most; None without a dictionary.
+    /// States of the kernel form at the most; None without a dictionary.
     #[getter]
     fn dictionary(&self) -> Option<usize> {
         self.settings.dictionary

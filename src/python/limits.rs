@@ -12,26 +12,26 @@ use crate::design::{Excess, check_limits};
 use crate::math::Vector;
 use crate::reference::{Reference, Setpoint};
 
-/// A limit of a joint that a reference exceeds, where it does so most.
+/// A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`.
 #[pyclass(name = "Excess", module = "steadyarm", frozen, get_all)]
 pub(super) struct PyExcess {
     /// Joint, from 0.
     joint: usize,
-    /// Its name.
+    /// Name of the joint.
     name: String,
-    /// "position", "velocity" or "effort".
+    /// Which of its limits: "position", "velocity" or "effort".
     bound: String,
-    /// The limit.
+    /// The limit [rad, rad/s or N·m; m, m/s or N for a prismatic joint].
     limit: f64,
     /// What the reference asks for.
     value: f64,
-    /// By how much.
+    /// By how much that is too much, > 0.
     by: f64,
-    /// When [s].
+    /// When it asks for that [s].
     time: f64,
-    /// When it first exceeds the limit [s].
+    /// When the limit is first exceeded [s].
     first: f64,
-    /// All of that in words.
+    /// All of that in words, as ``str`` gives it.
     message: String,
 }
 

@@ -45,6 +45,16 @@ const _: () = {
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
+/// The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+///
+/// Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
+/// real type, order and stride. They are copied, and what comes back is always a new float64 array.
+///
+/// Arms have n joints, 1 to 12. Where a scalar stands for a vector it counts for all joints. What
+/// was given scalars only fits any arm; where there is no arm, it is taken for one of two joints.
+///
+/// Errors name the argument, what it got and what it wants: ``TypeError`` for a wrong type,
+/// ``ValueError`` for a wrong shape or value (NaN and infinity included).
 #[pymodule]
 #[pyo3(name = "_core")]
 mod core_module {

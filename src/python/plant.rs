@@ -21,11 +21,16 @@ by_joints! {
     Plants of Plant
 }
 
-/// What is really there: M q̈ + H + s + τ_d = τ (eq. 6, with the arm's stops), τ limited by the
-/// actuators.
+/// What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
 ///
-/// arm: TwoLink or Serial, of n joints. disturbance: τ_d [N·m], opposing τ: Sines, Quintic, Table,
-/// or a callable (q, dq, t) -> (n,). effort_limit [N·m]: scalar or (n,); none by default.
+/// That is (6) with the `Serial.stops` of the arm, if it has any.
+///
+/// Parameters
+/// ----------
+/// arm: the true arm.
+/// disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
+///     torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
+/// effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
 #[pyclass(name = "Plant", module = "steadyarm", frozen)]
 pub(super) struct PyPlant {
     pub plants: Plants,
@@ -49,7 +54,7 @@ impl PyPlant {
         Ok(Self { plants, arguments: arguments.into_any().unbind() })
     }
 
-    /// The arm that is really there.
+    /// The true arm.
     #[getter]
     fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.arguments.bind(py).get_item(0)
@@ -67,8 +72,11 @@ impl PyPlant {
         each!(&self.plants, Plants, plant => array1(py, plant.effort_limit()))
     }
 
-    /// Move on by dt [s] from time t [s] under the held torque tau [N·m]: (q, dq) at t + dt. One
-    /// step of RK4, with friction and stops solved for where RK4 would be unstable.
+    /// Move on by ``dt`` [s] from time ``t`` [s] under the held torque ``tau`` [N·m].
+    ///
+    /// As a sampled simulation does: one step of RK4, with friction and stops solved for where RK4
+    /// would be unstable. Returns q [rad] and dq [rad/s] at t + dt.
+    /// Raises ValueError naming what is not finite, and whatever a callable disturbance raises.
     fn step<'py>(
         &self,
         py: Python<'py>,

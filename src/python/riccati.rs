@@ -24,7 +24,9 @@ fn upper_case(error: Error) -> PyErr {
     }))
 }
 
-/// P of a Riccati equation, certified: finite, symmetric, of small residual, and stabilising.
+/// P of a Riccati equation, certified: finite, symmetric, accurate, stabilising.
+///
+/// P is positive semidefinite where Q is.
 #[pyclass(name = "RiccatiSolution", module = "steadyarm", frozen)]
 pub(super) struct PySolution {
     solution: Solution,
@@ -47,7 +49,7 @@ enum Equation {
 
 #[pymethods]
 impl PySolution {
-    /// P, (S, S).
+    /// P, (S, S), symmetric.
     #[getter]
     #[pyo3(name = "P")]
     fn p<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
@@ -55,18 +57,20 @@ impl PySolution {
     }
 
     /// ‖left side‖ / (2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖), Frobenius norms, at most 1e-12.
+    ///
+    /// G is γ⁻²BB' or BR⁻¹B'.
     #[getter]
     fn residual(&self) -> f64 {
         self.solution.residual
     }
 
-    /// Smallest eigenvalue of P.
+    /// Smallest eigenvalue of P; negative only where Q is indefinite, or by rounding.
     #[getter]
     fn min_eigenvalue(&self) -> f64 {
         self.solution.min_eigenvalue
     }
 
-    /// Largest real part of the closed-loop matrix [1/s], < 0.
+    /// Largest real part of the closed-loop matrix (A + γ⁻²BB'P, or A - BR⁻¹B'P) [1/s], < 0.
     #[getter]
     fn max_real(&self) -> f64 {
         self.solution.max_real
@@ -78,7 +82,7 @@ impl PySolution {
         if let Equation::BoundedReal { gamma } = self.equation { Some(gamma) } else { None }
     }
 
-    /// The smallest γ with a solution (γ must be larger), found when asked for; None for `care`.
+    /// The smallest γ with a solution (γ must be larger), found when read; None for `care`.
     #[getter]
     fn gamma_opt(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         if self.gamma().is_none() {
@@ -88,7 +92,7 @@ impl PySolution {
         py.detach(|| dynamic::gamma_opt(a, b, q)).map(Some).map_err(upper_case)
     }
 
-    /// Q may be multiplied by less than this, at this γ; None for `care`.
+    /// Q times anything smaller than this has a solution at this γ; None for `care`.
     #[getter]
     fn max_scale(&self, py: Python<'_>) -> PyResult<Option<f64>> {
         let ratio = |(gamma, gamma_opt): (f64, f64)| (gamma / gamma_opt) * (gamma / gamma_opt);
@@ -122,11 +126,21 @@ impl PySolution {
     }
 }
 
-/// Solve A'P + PA + γ⁻² P B B' P + Q = 0 (eq. 19) for the stabilising P.
+/// Solve ``A'P + PA + γ⁻² P B B' P + Q = 0`` (19) for the stabilising P, with a certificate.
 ///
-/// A (S, S) Hurwitz, S up to 512; B (S, m); Q (S, S) symmetric positive semidefinite; gamma > 0.
-/// Raises NoStabilizingSolution where there is none, ValueError for anything else that does not
-/// fit.
+/// Parameters
+/// ----------
+/// A: (S, S), Hurwitz, S up to 512.
+/// B: (S, m), m up to S.
+/// Q: (S, S), symmetric positive semidefinite.
+/// gamma: γ > 0, or infinity: the Lyapunov equation.
+///
+/// Raises
+/// ------
+/// NoStabilizingSolution
+///     If γ is not larger than γ_opt = ‖Q^½ (sI - A)⁻¹ B‖∞.
+/// ValueError, TypeError
+///     Naming the argument.
 #[pyfunction]
 #[pyo3(signature = (A, B, Q, gamma=None), text_signature = "(A, B, Q, gamma=1.0)")]
 #[expect(non_snake_case, reason = "the names of the equation")]
@@ -141,10 +155,20 @@ pub(super) fn bounded_real_riccati(
     PySolution::of(A.py(), problem, Equation::BoundedReal { gamma })
 }
 
-/// Solve A'P + PA - P B R⁻¹ B' P + Q = 0 for the stabilising P.
+/// Solve ``A'P + PA - P B R⁻¹ B' P + Q = 0`` for the stabilising P, with a certificate.
 ///
-/// A (S, S), S up to 512; B (S, m) with (A, B) stabilisable; Q (S, S) symmetric; R (m, m) symmetric
-/// positive definite. Raises ValueError for anything that does not fit.
+/// Parameters
+/// ----------
+/// A: (S, S), S up to 512.
+/// B: (S, m), m up to S, with (A, B) stabilisable.
+/// Q: (S, S), symmetric. It may be indefinite, where a stabilising solution exists.
+/// R: (m, m), symmetric positive definite.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     Naming the argument: B if no input stabilises A; Q if the Hamiltonian matrix
+///     ``[A, -BR⁻¹B'; -Q, -A']`` has an eigenvalue on the imaginary axis, with its frequency.
 #[pyfunction]
 #[expect(non_snake_case, reason = "the names of the equation")]
 pub(super) fn care(

@@ -12,7 +12,7 @@ use super::two_link::PyTwoLink;
 use crate::paper;
 use crate::scenario::{MotionSettings, Scenario};
 
-/// The paper's third simulation in each of its readings, as sections of arguments.
+/// Return the paper's third simulation in each reading, as sections of arguments.
 #[pyfunction]
 pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let readings = PyDict::new(py);
@@ -22,10 +22,14 @@ pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     Ok(readings)
 }
 
-/// What a scenario in TOML says, as objects by section: `two_link`, `plant`, `compensator`,
-/// `reference`, `disturbance`; `controller` as arguments; None for what it does not say.
+/// Read a scenario in TOML: objects by section, None for a section that it does not have.
 ///
-/// Raises ValueError naming the path of the key.
+/// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
+/// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
+/// ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
+/// likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``.
+/// Keys are the arguments of the classes. Raises ValueError naming the path of what is unknown, of
+/// the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     let scenario = Scenario::from_toml(text).map_err(read_error)?;

@@ -3,28 +3,30 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::any_arm::{AnyArm, Arms};
+use super::any_arm::{Chains, chain};
 use super::arm::{New, PyArm};
 use super::convert::{Any, Array1, Array2, Given, array1, finite_vector, owned1, owned2};
-use super::dispatch::{by_joints, each, for_joints};
+use super::dispatch::{each, for_joints};
 use super::errors::{read_error, value_error};
 use super::limits::PyExcess;
 use super::serial_files::{self, triple};
-use crate::arm::{JointFriction, Link, Serial};
+use crate::arm::{JointFriction, Link};
 use crate::robot::{Description, UrdfOptions, shipped};
 
-/// A serial arm of 1 to 12 revolute and prismatic joints.
+/// A serial arm of 1 to 12 revolute and prismatic joints on a fixed base.
 ///
-/// Made by from_urdf, from_dh, from_toml or shipped. Its methods are those of Arm, and more.
+/// Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     Naming the argument; for a description with the line, what it got and what it wants.
+/// OSError
+///     For a file that cannot be opened.
 #[pyclass(name = "Serial", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PySerial {
     pub description: Description,
     pub chain: Chains,
-}
-
-by_joints! {
-    /// A chain of any joint count.
-    Chains of Serial
 }
 
 impl PySerial {
@@ -42,19 +44,32 @@ impl PySerial {
     }
 }
 
-/// The chain of a description, also as any arm.
-fn chain<const N: usize>(description: &Description) -> PyResult<(Chains, Arms)>
-where
-    Chains: From<Serial<N>>,
-    Arms: From<AnyArm<N>>,
-{
-    let chain: Serial<N> = description.arm().map_err(read_error)?;
-    Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
-}
-
 #[pymethods]
 impl PySerial {
-    /// From a URDF: a path, or the text itself.
+    /// Read the chain from link ``base`` (default: the root) to link ``tip`` (the only end).
+    ///
+    /// A string that starts with ``<`` is the text itself. Fixed joints are merged; other joints
+    /// are held at 0. ``gravity`` [m/s²] is in the axes of the file's root, even if ``base`` is
+    /// turned against it. Faults outside the chain do not matter. What was not used, or looks odd,
+    /// stands in `notes`. Expand a file with macros first: ``pip install xacrodoc`` and
+    /// ``xacrodoc robot.urdf.xacro -o robot.urdf``.
+    ///
+    /// ``masses``: {link: kg}, in place of those that the file states. Centres of mass stay, and
+    /// moments are scaled with the mass. Where the file states no mass, the body is uniform in the
+    /// shape of ``<collision>``, or else of ``<visual>``, if that is of boxes, cylinders and balls.
+    /// Meshes are not opened.
+    ///
+    /// ``inertials``: {link: (mass [kg], com [m], moments [kg·m²])} in the link's frame, in place
+    /// of what the file states, if it states any. com is (3,); moments are about it: a scalar for
+    /// all axes, a diagonal (3,), or (3, 3). Links that are fixed to others may be named too, here
+    /// and in ``masses``.
+    ///
+    /// ``unphysical``: what is done about a link that no rigid body can be, with all that is fixed
+    /// to it (negative mass or moments, a broken triangle inequality). "refuse": raise ValueError.
+    /// "note": take it as it stands, as Pinocchio does. "nearest": take the nearest body with the
+    /// same mass and centre of mass; what is negative of ½ tr(I) 1 - I is left out. `notes` say how
+    /// far off the link is. M must be positive definite in any case. The arm and its TOML keep the
+    /// policy.
     #[staticmethod]
     #[pyo3(
         signature = (path_or_text, base=None, tip=None, gravity=None, *, masses=None,
@@ -82,7 +97,12 @@ impl PySerial {
         Self::new(serial_files::urdf(path_or_text, &options)?)
     }
 
-    /// From a Denavit-Hartenberg table.
+    /// Build from a Denavit-Hartenberg table: ``a``, ``d`` [m]; ``alpha``, ``theta_offset``.
+    ///
+    /// Each column is a scalar for all joints or (n,); angles [rad]. ``mass`` [kg]; ``com`` [m],
+    /// (n, 3), in the table's frame i; ``inertia`` [kg·m²] about it: (n, 3) for a
+    /// diagonal, or (n, 3, 3). ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``armature`` [kg·m²].
+    /// ``unphysical``: as in `from_urdf`.
     #[staticmethod]
     #[pyo3(
         signature = (a, alpha, d, theta_offset=None, *, convention=None, kind=None, mass=None,
@@ -121,31 +141,37 @@ impl PySerial {
         Self::new(serial_files::dh(&columns, convention, gravity, name, unphysical)?)
     }
 
-    /// From our own TOML: a path, or the text itself.
+    /// Read what `to_toml` wrote. A string of several lines is the text itself.
+    ///
+    /// ``unphysical``: as in `from_urdf`; by default what the file says, "refuse" if nothing.
     #[staticmethod]
     #[pyo3(signature = (path_or_text, *, unphysical=None))]
     fn from_toml(path_or_text: Any<'_, '_>, unphysical: Given<'_, '_>) -> PyResult<New<Self>> {
         Self::new(serial_files::toml(path_or_text, unphysical)?)
     }
 
-    /// One of the arms that come with the wheel, by name.
+    /// Take one of the arms that come with the wheel: "panda", "puma560", "ur5e".
     #[staticmethod]
     #[pyo3(name = "shipped")]
     fn from_wheel(name: &str) -> PyResult<New<Self>> {
         Self::new(shipped(name).map_err(read_error)?)
     }
 
-    /// The arm as TOML; from_toml gives it back, bit for bit.
+    /// Return the arm as TOML; `from_toml` gives it back, bit for bit.
     fn to_toml(&self) -> String {
         self.description.to_toml()
     }
 
-    /// The same arm with no friction in any joint.
+    /// Return the same arm with no friction in any joint.
     fn without_friction(&self) -> PyResult<New<Self>> {
         self.each(|_, link| link.friction = JointFriction::default())
     }
 
-    /// The same arm with this friction in its joints, in place of what they had: scalars or (n,).
+    /// Return the same arm with this friction in place of its own; scalars or (n,).
+    ///
+    /// ``viscous`` [N·m·s/rad], ``coulomb`` [N·m], ``stribeck``: by how much breaking away takes
+    /// more [N·m], ``stribeck_speed``: where that has fallen to 1/e [rad/s], ``smoothing``: where
+    /// Coulomb friction reaches 76 % [rad/s]; 0 for dry friction that sticks.
     #[pyo3(
         signature = (viscous=None, coulomb=None, stribeck=None, stribeck_speed=None,
             smoothing=None),
@@ -163,23 +189,39 @@ impl PySerial {
         self.rubbing([viscous, coulomb, stribeck, stribeck_speed, smoothing])
     }
 
-    /// The same arm with rotors of this inertia, seen through their gears: a scalar or (n,).
+    /// Return the same arm with rotors of this inertia in place of its own; scalar or (n,).
+    ///
+    /// Seen through the gears: gear² · rotor inertia [kg·m²].
     fn with_armature(&self, armature: Any<'_, '_>) -> PyResult<New<Self>> {
         self.geared(armature)
     }
 
-    /// The same arm under another gravity, (3,) in the axes of the base.
+    /// Return the same arm under another ``gravity`` (3,) [m/s²], in the axes of the base.
     fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
         let gravity = triple(gravity, "gravity")?;
         Self::new(Description { gravity, ..self.description.clone() })
     }
 
-    /// The same arm with other inertial parameters, (10n,): the way back from inertial_parameters.
+    /// Return the same arm with inertial parameters π, (10n,), as `inertial_parameters` gives.
+    ///
+    /// There and back is the same to rounding. `unphysical` says what is done about a link that no
+    /// rigid body can be. Raises ValueError for first moments m c without a mass m.
     fn with_parameters(&self, parameters: Any<'_, '_>) -> PyResult<New<Self>> {
         self.identified(parameters)
     }
 
-    /// The same arm with stops δ beyond its `limits`: max(0, stiffness δ (1 + dissipation dδ/dt)).
+    /// Return the same arm with stops at the ends of its joints' ranges, if they have ends.
+    ///
+    /// A joint that is δ beyond an end is pushed back with
+    /// max(0, ``stiffness`` δ (1 + ``dissipation`` dδ/dt)), after Hunt and Crossley. Stiffness is
+    /// in N·m/rad, or N/m for a prismatic joint, 0 for none; dissipation in s/rad or s/m. Both are
+    /// scalars or (n,). Stops are part of inverse and forward dynamics, so of a `Plant`. They are
+    /// not part of `bias`: a `ComputedTorque` of this arm does not count on them.
+    ///
+    /// A joint rests in a stop of any stiffness. A bounce is followed while
+    /// ``dt`` < 1 / √(stiffness (M⁻¹)ⱼⱼ). Here 1/(M⁻¹)ⱼⱼ is the inertia that the stop meets, often
+    /// far less than Mⱼⱼ. A shorter bounce is lost, and `Run.status` is "unresolved". "dp54" finds
+    /// its own step. Raises ValueError for an arm whose joints have no ends.
     #[pyo3(
         signature = (stiffness, dissipation=None),
         text_signature = "(self, stiffness, dissipation=1.0)"
@@ -192,7 +234,11 @@ impl PySerial {
         self.stopped(stiffness, dissipation)
     }
 
-    /// The same arm with a body at its tip: mass [kg], com [m], inertia [kg·m²], in its frame.
+    /// Return the same arm with a body fixed to its tip.
+    ///
+    /// ``mass`` [kg], ``com`` (3,) [m] in the tip's frame, ``inertia`` [kg·m²] about it: a scalar
+    /// for all axes, a diagonal (3,), or (3, 3). It must be one that a rigid body can have,
+    /// whatever `unphysical` says.
     #[pyo3(
         signature = (mass, com=None, inertia=None),
         text_signature = "(self, mass, com=(0.0, 0.0, 0.0), inertia=0.0)"
@@ -206,7 +252,10 @@ impl PySerial {
         self.loaded(mass, com, inertia)
     }
 
-    /// A neighbour, the same for one seed: all off by these shares, centres of mass by `com` [m].
+    /// Return a neighbour, physically valid, and the same for the same seed on any machine.
+    ///
+    /// Masses, moments and friction are off by shares up to ±``mass``, ±``inertia`` and
+    /// ±``friction``, centres of mass by up to ±``com`` [m] along each axis.
     #[pyo3(
         signature = (seed, mass=None, com=None, inertia=None, friction=None),
         text_signature = "(self, seed, mass=0.2, com=0.01, inertia=0.2, friction=0.2)"
@@ -240,19 +289,23 @@ impl PySerial {
         self.description.joints.iter().map(|joint| joint.link_name.as_str()).collect()
     }
 
-    /// What the file says that was not used.
+    /// What the description says that was not used, or not taken as it stands.
     #[getter]
     fn notes(&self) -> Vec<&str> {
         self.description.notes.iter().map(String::as_str).collect()
     }
 
-    /// What is done about links that no body is: "refuse", "note" or "nearest".
+    /// What is done about links that no rigid body can be; see `from_urdf`.
     #[getter]
     fn unphysical(&self) -> &str {
         self.description.unphysical.name()
     }
 
-    /// What a reference exceeds of these limits, at every `dt` from 0 to `duration` [s]: a list.
+    /// Return what ``reference`` exceeds of `limits`, before it runs: an empty list if nothing.
+    ///
+    /// Every ``dt`` from 0 to ``duration`` [s], at most 1e7 times, this looks at position,
+    /// velocity, and the torque that the motion takes, M(q_d) ddq_d + H(q_d, dq_d). The list has
+    /// the worst of each, joint by joint: ``for excess in arm.check(path, 2.0): print(excess)``.
     #[pyo3(
         signature = (reference, duration, dt=None),
         text_signature = "(self, reference, duration, dt=0.001)"
@@ -267,7 +320,9 @@ impl PySerial {
         self.excesses(py, reference, duration, dt)
     }
 
-    /// Limits, (n,) each, infinite for none: lower, upper [rad], velocity [rad/s], effort [N·m].
+    /// Limits by name, (n,) each, infinite for none.
+    ///
+    /// "lower" and "upper" [rad], "velocity" [rad/s], "effort" [N·m].
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
@@ -294,7 +349,9 @@ impl PySerial {
         })
     }
 
-    /// Y(q, dq, ddq), (n, 10n): Y π is the torque without friction, stops and armature.
+    /// Y(q, dq, ddq), (n, 10n): ``Y @ inertial_parameters()`` = M ddq + C dq + G.
+    ///
+    /// Without friction, stops and armature.
     fn regressor<'py>(
         &self,
         py: Python<'py>,
@@ -311,7 +368,7 @@ impl PySerial {
         owned2(py, y, width)
     }
 
-    /// π, (10n,), link after link: m, m c, moments xx, xy, yy, xz, yz, zz about the frame's origin.
+    /// π, (10n,), of each link: m, m c, moments xx, xy, yy, xz, yz, zz about its origin.
     fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
         let mut pi = vec![0.0; 10 * self.chain.joints()];
         each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))
@@ -319,7 +376,10 @@ impl PySerial {
         Ok(owned1(py, pi))
     }
 
-    /// Jacobian of the tip in the base's axes, (6, n): dq to its velocity and angular velocity.
+    /// Jacobian of the tip in the axes of the base, (6, n).
+    ///
+    /// ``J @ dq`` is the velocity of the tip [m/s] (rows 0 to 2) and its angular velocity [rad/s]
+    /// (rows 3 to 5).
     fn jacobian<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
         each!(&self.chain, Chains, chain => {
             let jacobian = chain.jacobian(&finite_vector(q, "q")?);

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 
+use super::any_arm::Chains;
 use super::arm::New;
 use super::convert::{
     Any, Given, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
@@ -9,7 +10,7 @@ use super::convert::{
 use super::dispatch::each;
 use super::errors::{read_error, value_error};
 use super::limits::{PyExcess, check};
-use super::serial::{Chains, PySerial};
+use super::serial::PySerial;
 use super::serial_files::{moments, refuse_stops_without_ends, triple};
 use crate::arm::{Inertia, JointFriction, JointStop, Link, Perturbation};
 use crate::error::{Error, finite, non_negative};

@@ -17,7 +17,7 @@ use crate::scenario::{
     Motion, MotionSettings, PerJoint, QuinticSettings, SinesSettings, TableSettings,
 };
 
-/// A motion of any joint count: what `Sines`, `Quintic` and `Table` are.
+/// A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 #[pyclass(name = "Motion", module = "steadyarm", subclass, frozen, extends = PyForm)]
 pub(super) struct PyMotion {
     /// `None`: any.
@@ -56,11 +56,16 @@ impl PyMotion {
     }
 }
 
-/// offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t) with exact derivatives: a reference [rad] or a
-/// disturbance [N·m].
+/// ``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 ///
-/// frequency [rad/s]: (K,), with sin and cos (K, n); or a scalar, with sin and cos scalar or (n,).
-/// offset: scalar or (n,). Calling it with t [s] gives (q_d, dq_d, ddq_d).
+/// A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
+/// (q_d, dq_d, ddq_d), each (n,).
+///
+/// Parameters
+/// ----------
+/// frequency: ω [rad/s], (K,) or a scalar.
+/// sin, cos: amplitudes, (K, n), or scalar or (n,) if ``frequency`` is a scalar; 0 by default.
+/// offset: scalar or (n,); 0 by default.
 #[pyclass(name = "Sines", module = "steadyarm", frozen, extends = PyMotion)]
 pub(super) struct PySines;
 
@@ -96,11 +101,10 @@ impl PySines {
     }
 }
 
-/// From start to goal [rad] along the quintic of least jerk, in `duration` [s] from `start_time`
-/// [s] on.
+/// From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 ///
-/// start, goal: scalar or (n,). It rests before and after. Calling it with t [s] gives (q_d, dq_d,
-/// ddq_d).
+/// ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
+/// Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
 #[pyclass(name = "Quintic", module = "steadyarm", frozen, extends = PyMotion)]
 pub(super) struct PyQuintic;
 
@@ -122,11 +126,16 @@ impl PyQuintic {
     }
 }
 
-/// A sampled motion, interpolated with continuous acceleration.
+/// A sampled motion, interpolated with continuous acceleration; at rest before and after.
 ///
-/// t (T,) [s], increasing; q (T, n) [rad]; dq [rad/s] and ddq [rad/s²] (T, n), both or neither:
-/// they then come from q. It rests before and after. Calling it with t [s] gives (q_d, dq_d,
-/// ddq_d).
+/// Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+///
+/// Parameters
+/// ----------
+/// t: times [s], (T,), increasing, at least two.
+/// q: positions [rad], (T, n).
+/// dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, n); both, or neither: they then come
+///     from ``q``.
 #[pyclass(name = "Table", module = "steadyarm", frozen, extends = PyMotion)]
 pub(super) struct PyTable;
 

@@ -41,9 +41,10 @@ impl Settings<'_, '_> {
     }
 }
 
-/// Simulates from the tracker's state, which stays as it is. Returns the record as a dict, with the
-/// state that the run started in, the parts of a tracker in the state that it ended in, and what a
-/// callback raised.
+/// Run `steadyarm.simulate`; the tracker given stays as it is.
+///
+/// Returns the record as a dict, and what a callable raised. The dict has the state that the run
+/// started in, and the parts of a tracker in the state that it ended in.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0,
     rtol, atol, record_every, record, progress))]
@@ -143,7 +144,7 @@ fn ended<const N: usize>(run: &Run<N>) -> f64 {
     }
 }
 
-/// The signals of every record: name, unit, whether there is one a joint, and what it is.
+/// Tell the signals of every record: name, unit, whether there is one a joint, what it is.
 #[pyfunction]
 pub(super) fn channels() -> Vec<Declared> {
     Run::<1>::channels().map(declared).collect()
@@ -216,8 +217,9 @@ fn figures<'py>(py: Python<'py>, certificate: &Certificate) -> PyResult<Bound<'p
     Ok(figures)
 }
 
-/// The figures of every joint over a window, as a dict of lists; those of the torque are empty
-/// without one.
+/// Run `steadyarm.Run.metrics`: the figures of every joint.
+///
+/// Without ``tau``, the arrays of its figures are empty.
 #[pyfunction]
 pub(super) fn metrics<'py>(
     py: Python<'py>,

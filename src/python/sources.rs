@@ -133,10 +133,10 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
     })
 }
 
-/// [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each, for a controller with this
-/// nominal arm that was at (q, dq), (T, n) each.
+/// Return [q_d, dq_d, ddq_d, e, de] at each of these times, (T, n) each.
 ///
-/// What a callable raises, and ValueError where it returns what is not finite.
+/// e and de are those of a controller with this nominal arm that was at ``q``, ``dq``, (T, n) each.
+/// Raises what a callable raises, and ValueError where it returns what is not finite.
 #[pyfunction]
 pub(super) fn desired_motion<'py>(
     py: Python<'py>,

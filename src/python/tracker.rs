@@ -20,12 +20,30 @@ use super::tracked::{Arguments, Controller, Tracker, Trackers, tracker};
 use crate::control::{Gains, Limits};
 use crate::reference::Setpoint;
 
-/// Computed torque for the nominal arm, τ = M₀(v - ρ̂) + H₀ with v = ddq_d - K_v de - K_p e (eqs.
-/// 7, 11, 12).
+/// Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
 ///
-/// arm: TwoLink or Serial, of n joints. kp [1/s²], kv [1/s]: scalar or (n,), > 0. compensator:
-/// FuzzyCompensator, or None for ρ̂ = 0. effort_limit [N·m], effort_rate_limit [N·m/s]: scalar or
-/// (n,); none by default. The object holds the state: weights, last torque, number of steps.
+/// ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint
+/// of ``arm`` is continuous, e is taken around the circle, -π <= e < π.
+///
+/// The object remembers its weights, its last torque and the number of its steps. Pickled or saved
+/// and restored, its next torques are the same to the bit.
+///
+/// Parameters
+/// ----------
+/// arm: what the controller believes of the arm, with n joints.
+/// kp: K_p [1/s²], scalar or (n,), > 0.
+/// kv: K_v [1/s], scalar or (n,), > 0.
+/// compensator: produces ρ̂; None for plain computed torque.
+/// effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
+/// effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
+///     simulations only.
+///
+/// Raises
+/// ------
+/// NoStabilizingSolution
+///     If (19) has no solution for these gains and the compensator's Q and γ.
+/// ValueError, TypeError
+///     Naming the parameter.
 #[pyclass(name = "ComputedTorque", module = "steadyarm")]
 pub(super) struct PyComputedTorque {
     arguments: Py<PyAny>,
@@ -92,10 +110,11 @@ impl PyComputedTorque {
         Ok(Self { arguments: arguments.into_any().unbind(), trackers })
     }
 
-    /// One sample: the torque [N·m], (n,), to hold for dt [s]; adapts the weights.
+    /// One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
     ///
-    /// q, q_d [rad], dq, dq_d [rad/s], ddq_d [rad/s²]: (n,). A sample that is refused (ValueError)
-    /// changes nothing.
+    /// ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
+    /// ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits. Raises ValueError or
+    /// TypeError naming what does not fit; nothing has changed then, bit for bit.
     #[inline]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn step<'py>(
@@ -117,8 +136,9 @@ impl PyComputedTorque {
         })
     }
 
-    /// Forget everything: weights, prior, last torque, count of steps. As a new one, to the bit,
-    /// and not frozen.
+    /// Forget everything: weights, prior, last torque, count of steps.
+    ///
+    /// The tracker is then as a new one, to the bit, and not frozen.
     fn reset(&mut self) {
         each!(&mut self.trackers, Trackers, it => {
             it.controller.reset(&mut it.state);
@@ -194,8 +214,12 @@ impl PyComputedTorque {
         p.map(|p| owned2(py, p, 2 * self.trackers.joints())).transpose()
     }
 
-    /// W, (n, rules), a copy; None without a compensator; TypeError in the kernel form, which has
-    /// none. Assign to set it: adaptation goes on from there.
+    /// W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
+    ///
+    /// Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for
+    /// a wrong shape or entries that are not finite or beyond 1e150, TypeError without a
+    /// compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
+    /// TypeError.
     #[getter]
     fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
         if self.compensator(py)?.is_none() {
@@ -218,10 +242,12 @@ impl PyComputedTorque {
         self.write_weights(weights, true)
     }
 
-    /// The kernel form's dictionary in figures; None for any other compensator, and without one.
+    /// The kernel form in figures; None for a compensator without a dictionary.
     ///
-    /// atoms, capacity; merged: terms that went into an atom that was there; dropped: atoms that
-    /// went because it was full; error_bound (n,): of |W - W_exact|, what both lost [rad/s²].
+    /// ``atoms`` of ``capacity`` states are in it. ``merged`` terms went into a state that was
+    /// there; ``dropped`` states made room when it was full. ``error_bound`` (n,) bounds what all
+    /// that lost, |W - W_exact| of each joint, and fades as W does. The error of ρ̂ [rad/s²] is at
+    /// most |ξ| times that, with |ξ| <= 1 for a normalised basis.
     #[getter]
     fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         each!(&self.trackers, Trackers, it => {
@@ -229,12 +255,12 @@ impl PyComputedTorque {
         })
     }
 
-    /// Stop adapting; the weights stay in use.
+    /// Stop adapting; the weights stay in use. Raises TypeError without a compensator.
     fn freeze(&mut self) -> PyResult<()> {
         each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(true))
     }
 
-    /// Adapt again.
+    /// Adapt again. Raises TypeError without a compensator.
     fn unfreeze(&mut self) -> PyResult<()> {
         each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(false))
     }
@@ -259,16 +285,20 @@ impl PyComputedTorque {
         self.restore(bytes.as_bytes()).map_err(value_error)
     }
 
-    /// Write what the controller remembers (weights, last torque, steps) to a file, which is
-    /// replaced as a whole.
+    /// Write what the controller remembers (weights, last torque, steps) to a file.
+    ///
+    /// The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
+    /// fails; what was there stays then. Other threads may use the controller meanwhile.
     fn save(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
         // Not borrowed while the disk is waited for: other threads may step it.
         let saved = slf.try_borrow()?.__getstate__(slf.py());
         saving::write(&path, &saved)
     }
 
-    /// Read what `save` wrote; the next torques are then the same to the bit. Raises ValueError,
-    /// with nothing changed, for a damaged file or one of another controller.
+    /// Read what `save` wrote; the next torques are then the same to the bit.
+    ///
+    /// Raises ValueError for a damaged file, or one of another version or controller, and OSError
+    /// if the file cannot be read; nothing has changed then.
     fn load(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
         let bytes = saving::read(slf.py(), &path)?;
         slf.try_borrow_mut()?.restore(bytes.as_bytes()).map_err(|error| {

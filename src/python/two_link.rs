@@ -9,11 +9,27 @@ use super::errors::value_error;
 use crate::arm::{Friction, TwoLink, TwoLinkParameters};
 use crate::error::Result;
 
-/// A planar arm of two links, in closed form (section 4 of the paper).
+/// The paper's planar arm of two links, in closed form (section 4).
 ///
-/// mass [kg], length [m], inertia about the centres of mass [kg·m²]: scalar or (2,), > 0. gravity
-/// [m/s²]: 0 for an arm that lies flat. viscous [N·m·s/rad], coulomb [N·m], smoothing [rad/s]:
-/// friction of the joints.
+/// ``M(q) ddq + H(q, dq) = tau`` with ``H = C dq + G + f`` (6). q₁ is measured from the horizontal
+/// axis, q₂ from the first link. Centres of mass are at mid-link.
+///
+/// Parameters
+/// ----------
+/// mass: m of each link [kg], > 0; scalar or (2,), as all that follow but ``gravity``.
+/// length: l of each link [m], > 0.
+/// inertia: I of each link about its centre of mass [kg·m²], > 0.
+/// gravity: g [m/s²], downwards; 0 by default, an arm that lies flat as the paper's.
+/// viscous: viscous friction of each joint [N·m·s/rad], >= 0; 0 by default.
+/// coulomb: Coulomb friction [N·m], >= 0; 0 by default.
+/// smoothing: the speed at which Coulomb friction reaches 76 % [rad/s], ≥ 0; 0.01 by
+///     default, 0 for dry friction that sticks.
+///
+/// Raises
+/// ------
+/// ValueError, TypeError
+///     Naming the parameter. It is ``mass_matrix.det`` or ``gravity_torque`` if numbers that are
+///     valid one by one overflow or underflow together.
 #[pyclass(name = "TwoLink", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PyTwoLink {
     arm: TwoLink,
@@ -76,7 +92,7 @@ impl PyTwoLink {
         Ok(made(TwoLink::new(parameters))?.0)
     }
 
-    /// The same arm with this friction in its joints, in place of what they had.
+    /// Return the same arm with this friction in place of its own; scalars or (2,).
     #[pyo3(
         signature = (viscous=None, coulomb=None, smoothing=None),
         text_signature = "(self, viscous=0.0, coulomb=0.0, smoothing=0.01)"
@@ -90,12 +106,12 @@ impl PyTwoLink {
         made(self.arm.with_friction(friction_of(viscous, coulomb, smoothing)?))
     }
 
-    /// The same arm under another gravity [m/s²]; 0 for an arm that lies flat.
+    /// Return the same arm under another ``gravity`` [m/s²]; 0 for one that lies flat.
     fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
         made(self.arm.with_gravity(scalar(gravity, "gravity")?))
     }
 
-    /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as the class takes them.
+    /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as they were given.
     #[getter]
     fn parameters(&self) -> Arguments {
         let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
