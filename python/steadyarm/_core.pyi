@@ -814,10 +814,12 @@ class Plant:
 
 @disjoint_base
 class Motion(Settings):
-    """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`."""
+    """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 
-    def __call__(self, t: float) -> _Triple:
-        """(q_d, dq_d, ddq_d) at ``t`` [s], each (n,)."""
+    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    """
+
+    def __call__(self, t: float) -> _Triple: ...
 
 @final
 class Sines(Motion):

@@ -18,6 +18,8 @@ use crate::scenario::{
 };
 
 /// A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
+///
+/// Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
 #[pyclass(name = "Motion", module = "steadyarm", subclass, frozen, extends = PyForm)]
 pub(super) struct PyMotion {
     /// `None`: any.
