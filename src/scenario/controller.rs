@@ -11,22 +11,22 @@ use crate::error::Result;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TwoLinkSettings {
-    /// Mass of each link [kg].
+    /// Mass of each link \[kg\].
     pub mass: PerJoint,
-    /// Length of each link [m].
+    /// Length of each link \[m\].
     pub length: PerJoint,
-    /// Moment of inertia of each link about its centre of mass [kg·m²].
+    /// Moment of inertia of each link about its centre of mass \[kg·m²\].
     pub inertia: PerJoint,
-    /// g [m/s²].
+    /// g \[m/s²\].
     #[serde(default = "gravity")]
     pub gravity: f64,
-    /// Viscous friction [N·m·s/rad].
+    /// Viscous friction \[N·m·s/rad\].
     #[serde(default = "viscous")]
     pub viscous: PerJoint,
-    /// Coulomb friction [N·m].
+    /// Coulomb friction \[N·m\].
     #[serde(default = "coulomb")]
     pub coulomb: PerJoint,
-    /// Velocity over which Coulomb friction turns round [rad/s].
+    /// Velocity over which Coulomb friction turns round \[rad/s\].
     #[serde(default = "smoothing")]
     pub smoothing: PerJoint,
 }
@@ -92,14 +92,14 @@ impl From<&TwoLinkParameters> for TwoLinkSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerSettings {
-    /// K_p [1/s²].
+    /// K_p \[1/s²\].
     pub kp: PerJoint,
-    /// K_v [1/s].
+    /// K_v \[1/s\].
     pub kv: PerJoint,
-    /// Largest torque [N·m]; absent: none.
+    /// Largest torque \[N·m\]; absent: none.
     #[serde(default = "none")]
     pub effort_limit: PerJoint,
-    /// Largest change of torque [N·m/s]; absent: none.
+    /// Largest change of torque \[N·m/s\]; absent: none.
     #[serde(default = "none")]
     pub effort_rate_limit: PerJoint,
 }

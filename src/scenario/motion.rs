@@ -97,7 +97,7 @@ impl MotionSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SinesSettings {
-    /// ω [rad/s]: one, or K.
+    /// ω \[rad/s\]: one, or K.
     pub frequency: PerJoint,
     /// Amplitudes of the sines: for one frequency a number or one a joint, for K of them K lists.
     #[serde(default)]
@@ -175,13 +175,13 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> From<&Sines<N, T>> for SinesSettin
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QuinticSettings {
-    /// Where it starts [rad].
+    /// Where it starts \[rad\].
     pub start: PerJoint,
-    /// Where it ends [rad].
+    /// Where it ends \[rad\].
     pub goal: PerJoint,
-    /// How long it takes [s].
+    /// How long it takes \[s\].
     pub duration: f64,
-    /// When it leaves [s].
+    /// When it leaves \[s\].
     #[serde(default)]
     pub start_time: f64,
 }
@@ -201,14 +201,14 @@ impl QuinticSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TableSettings {
-    /// Times of the samples [s], increasing.
+    /// Times of the samples \[s\], increasing.
     pub t: Vec<f64>,
-    /// Positions [rad], a list a sample.
+    /// Positions \[rad\], a list a sample.
     pub q: Vec<Vec<f64>>,
-    /// Velocities [rad/s], with the accelerations or not at all.
+    /// Velocities \[rad/s\], with the accelerations or not at all.
     #[serde(default)]
     pub dq: Option<Vec<Vec<f64>>>,
-    /// Accelerations [rad/s²], with the velocities or not at all.
+    /// Accelerations \[rad/s²\], with the velocities or not at all.
     #[serde(default)]
     pub ddq: Option<Vec<Vec<f64>>>,
 }
