@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use super::inputs::InputSettings;
 use super::numbers::{Numbers, PerJoint, agreed};
 use crate::control::{Adaptation, FuzzyParameters, KernelParameters};
-use crate::error::{Error, Result, length, non_negative, within};
-use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
+use crate::error::{Error, Result, at_most, length, non_negative, within};
+use crate::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis, MAX_INPUTS};
 
 /// How sets combine to rules, before an arm says how many joints there are: see [`Form`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -140,10 +140,11 @@ impl BasisSettings {
     /// The sets of so many inputs.
     ///
     /// # Errors
-    /// `WrongLength`, naming `centers` or `width`.
+    /// `WrongLength`, naming `centers` or `width`; `inputs`: more than [`MAX_INPUTS`].
     pub fn axes(&self, inputs: usize) -> Result<Vec<Axis<'_>>> {
         let lists = self.lists();
         length("centers", lists.unwrap_or(inputs), inputs)?;
+        at_most("inputs", inputs, MAX_INPUTS)?;
         (0..inputs)
             .map(|k| Ok(Axis { centers: self.centers(k), widths: self.widths(k)? }))
             .collect()

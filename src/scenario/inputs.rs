@@ -74,7 +74,7 @@ impl InputSettings {
 
     /// Number of scalar inputs for `joints` joints.
     pub fn len(&self, joints: usize) -> usize {
-        self.0.len() * joints
+        self.0.len().saturating_mul(joints)
     }
 
     /// The core's choice.

@@ -249,6 +249,48 @@ fn numbers_of_a_compensator_are_refused_by_their_path() {
 }
 
 #[test]
+fn a_basis_of_too_many_inputs_is_refused_before_it_takes_memory() {
+    for joints in [33_i64, 1 << 32, i64::MAX] {
+        let basis = "[compensator.basis]\nform = \"grid\"\ncenters = [0]\nwidth = 1";
+        let text = format!("{basis}\njoints = {joints}");
+        let error = Scenario::from_toml(&text).unwrap_err().to_string();
+        let inputs = 2_u64.saturating_mul(joints as u64);
+        let wanted = format!("compensator.basis.inputs: got {inputs}, wants at most 64");
+        assert!(error.contains(&wanted), "{error}");
+    }
+}
+
+#[test]
+fn whatever_stands_at_a_key_is_read_or_refused() {
+    let basis = "\n[compensator.basis]\nform = \"grid\"\ncenters = [0, 1]\nwidth = 1";
+    let modified = "leak_rate = 0\ndead_zone = 0\ndictionary = 9\nmerge_tolerance = 0.1";
+    let sections = [
+        format!("[compensator]\nq = 1\ngain = 1\ngamma = 1\n{modified}{basis}"),
+        format!("{basis}\nnormalized = true\ninputs = \"error\"\njoints = 2"),
+        "[controller]\nkp = 1\nkv = 1\neffort_limit = 1\neffort_rate_limit = 1".into(),
+        "[two_link]\nmass = 1\nlength = 1\ninertia = 1\ngravity = 1\ncoulomb = 1".into(),
+        "[reference.sines]\nfrequency = [1]\nsin = [[1, 1]]\ncos = [[1, 1]]\noffset = 1".into(),
+        "[reference.quintic]\nstart = 0\ngoal = 1\nduration = 1\nstart_time = 0".into(),
+        "[disturbance.table]\nt = [0, 1]\nq = [[0], [1]]\ndq = [[0], [1]]\nddq = [[0], [1]]".into(),
+    ];
+    let values = "[] [[]] [[0.0],[]] [0.0] [[0.0],[1.0]] [[[1]]] 1 -1 0 nan inf 1e308 1e-320 \"a\" \
+                  \"grid\" \"concat\" \"shared\" \"per_joint\" true [1,2,3] [[1,2],[3,4]] {} 13 \
+                  9223372036854775807 {e=1.0} {e=0.0} [\"e\",\"de\"] [\"e\",\"e\"] 1000000";
+    let (mut read, mut refused) = (0, 0);
+    for section in &sections {
+        assert!(Scenario::from_toml(section).is_ok(), "{section}");
+        for (key, old) in section.lines().filter_map(|line| line.split_once(" = ")) {
+            for value in values.split_whitespace() {
+                let line = |value: &str| format!("\n{key} = {value}");
+                let text = section.replacen(&line(old), &line(value), 1);
+                *if Scenario::from_toml(&text).is_ok() { &mut read } else { &mut refused } += 1;
+            }
+        }
+    }
+    assert!(read > 100 && refused > 500, "{read} read, {refused} refused");
+}
+
+#[test]
 fn a_motion_of_other_joints_is_refused_where_it_is_built() {
     let scenario = unusual();
     let error = scenario.reference::<3>().unwrap_err().to_string();
