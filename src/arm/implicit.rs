@@ -98,7 +98,7 @@ impl<const N: usize> Implicit<'_, N> {
     }
 
     /// g and its slope at the velocities of a trial.
-    #[inline]
+    #[inline(never)]
     fn evaluate(&self, at: &mut Trial<N>) {
         for (i, law) in self.laws.iter().enumerate() {
             let (torque, slope) = law.at(at.v[i], at.sign[i], self.place[i], self.h);

@@ -47,7 +47,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
         both!(self, memory, |it, state| it.estimate(state, stage, sample), Vector::zeros())
     }
 
-    #[inline]
+    #[inline(always)]
     fn acted(&self, memory: &mut Memory<N>, i: usize, sample: &Sample<N>, applied: &Applied<N>) {
         both!(self, memory, |it, state| it.acted(state, i, sample, applied), ());
     }
@@ -66,6 +66,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
         both!(self, memory, |it, state| it.reset(state), ());
     }
 
+    #[inline(always)]
     fn audit(&self, memory: &Memory<N>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         both!(self, memory, |it, state| it.audit(state, i, sample), None)
     }
