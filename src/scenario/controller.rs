@@ -26,7 +26,7 @@ pub struct TwoLinkSettings {
     /// Coulomb friction \[N·m\].
     #[serde(default = "coulomb")]
     pub coulomb: PerJoint,
-    /// Velocity over which Coulomb friction turns round \[rad/s\].
+    /// Speed at which Coulomb friction reaches 76 % \[rad/s\]; 0 for dry friction that sticks.
     #[serde(default = "smoothing")]
     pub smoothing: PerJoint,
 }
