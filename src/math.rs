@@ -74,6 +74,11 @@ pub(crate) fn fnv(start: u64, bytes: &[u8]) -> u64 {
         .fold(start, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
+/// FNV-1a of the bits of more numbers; both zeros are the same.
+pub(crate) fn fnv_of(start: u64, values: impl IntoIterator<Item = f64>) -> u64 {
+    values.into_iter().fold(start, |hash, x| fnv(hash, &(x + 0.0).to_bits().to_le_bytes()))
+}
+
 /// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there.
 /// Exact for turns of the f64 next to 2π.
 #[inline]

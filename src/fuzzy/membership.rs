@@ -6,7 +6,7 @@
 
 use super::form::MAX_SETS;
 use super::places::Span;
-use crate::math::exp;
+use crate::math::{exp, fnv_of};
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
 const FAR: f64 = 1e100;
@@ -27,6 +27,13 @@ impl Sets {
             self.centers[place.first + j] = *center;
             self.inverse_widths[place.first + j] = 1.0 / widths[j.min(widths.len() - 1)];
         }
+    }
+
+    /// FNV-1a of the sets of `place`, from `start` on.
+    pub fn fingerprint(&self, start: u64, place: Span) -> u64 {
+        let start = fnv_of(start, [place.len as f64]);
+        let centers = fnv_of(start, place.of(&self.centers).iter().copied());
+        fnv_of(centers, place.of(&self.inverse_widths).iter().copied())
     }
 
     /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every

@@ -46,6 +46,16 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
         sqrt(self.norms.sum())
     }
 
+    /// The padded rows of W − W₀ (matrix 0) or W₀ (matrix 1); matrices of length `len`.
+    pub(super) fn rows(
+        &self,
+        matrix: usize,
+        len: usize,
+        row: usize,
+    ) -> impl Iterator<Item = &[f64]> {
+        self.memory.as_slice()[matrix * len..][..len].chunks_exact(row)
+    }
+
     /// A new state's weights and records; only whether adaptation is stopped stays.
     pub(super) fn clear(&mut self) {
         let Self { memory, norms, prior, frozen: _, advances, stages } = self;

@@ -39,6 +39,14 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         state.stages.acted(index, applied);
     }
 
+    #[inline]
+    fn admit(&self, state: &FuzzyState<N, B>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        if state.frozen {
+            return Ok(());
+        }
+        self.update.admit(&state.norms, sample, dt)
+    }
+
     fn advance(&self, state: &mut FuzzyState<N, B>, end: &Stage<'_>) -> Result<()> {
         state.stages.retracted = false;
         if state.frozen {
@@ -46,7 +54,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         }
         let count = end.index;
         let stages = &mut state.stages;
-        self.update.finish(stages, &state.norms, end, self.basis.xi_bound())?;
+        self.update.finish(stages, &state.norms, end)?;
         let adaptation = &self.update.parameters.adaptation;
         if adaptation.projection_radius.is_finite() {
             let mix = stages.mixes[count];

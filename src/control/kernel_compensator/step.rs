@@ -8,7 +8,8 @@ use crate::fuzzy::lanes::Dot;
 use crate::fuzzy::{Compare, Kernel, Memberships};
 use crate::math::{Runs, Shared, Vector};
 
-/// What a record shows of the dictionary: in sampled control, after the step of its row.
+/// What a record shows of the dictionary: in sampled control, what the torque of its row was decided
+/// from.
 const CHANNELS: [Channel; 2] = [
     Channel { name: "atoms", unit: "1", width: Width::One, doc: "Atoms in the dictionary" },
     Channel {
@@ -40,12 +41,20 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         state.stages.acted(index, applied);
     }
 
+    #[inline]
+    fn admit(&self, state: &KernelState<N, B>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        if state.frozen {
+            return Ok(());
+        }
+        self.update.admit(&state.norms, sample, dt)
+    }
+
     fn advance(&self, state: &mut KernelState<N, B>, end: &Stage<'_>) -> Result<()> {
         if state.frozen {
             return Ok(());
         }
         let count = end.index;
-        self.update.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
+        self.update.finish(&mut state.stages, &state.norms, end)?;
         self.write(Shared, state, count);
         Ok(())
     }
