@@ -61,8 +61,8 @@ impl<const N: usize> Update<N> {
         Ok(Self { parameters, p, xi_bound })
     }
 
-    /// FNV-1a of what gives weights their meaning, but for the inputs and the basis: gain, Q, γ, and
-    /// the modifications.
+    /// FNV-1a of what gives weights their meaning, but for the inputs and the basis: gain, Q, γ,
+    /// and the modifications.
     pub fn fingerprint(&self) -> u64 {
         let FuzzyParameters { q_position, q_velocity, gamma, adaptation, .. } = &self.parameters;
         let of_joints = fnv_of(FNV_START, adaptation.gain.iter().chain(q_position).copied());

@@ -84,8 +84,8 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` \[s\] from time `t`, where q̈ is known, in parts where friction changes
-    /// the velocity too much for one.
+    /// One step of length `h` \[s\] from time `t`, where q̈ is known, in parts where friction
+    /// changes the velocity too much for one.
     #[inline(always)]
     fn step(&self, (motion, ddq): (&Motion<N>, &Vector<N>), t: f64, h: f64) -> Moved<N> {
         match &self.laws {

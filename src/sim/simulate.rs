@@ -18,8 +18,8 @@ use crate::reference::Reference;
 /// Simulates the closed loop and records it.
 ///
 /// `state` is the controller's and ends as the run left it, its last period included. A sampled
-/// controller is told what the plant's actuators let through. `monitor` is told the time \[s\] before
-/// every step and may break the run off. A run that cannot go on ends early. Its
+/// controller is told what the plant's actuators let through. `monitor` is told the time \[s\]
+/// before every step and may break the run off. A run that cannot go on ends early. Its
 /// [`Status`](super::Status) says when and why; what was recorded so far is returned.
 ///
 /// # Errors

@@ -1,6 +1,6 @@
-//! A dictionary as bytes, exact to the bit: capacity, atoms, merged, dropped · scale, |W|² and error
-//! bound of each joint · memberships and coefficients of every atom. The kernels of the atoms with
-//! each other are worked out again.
+//! A dictionary as bytes, exact to the bit: capacity, atoms, merged, dropped · scale, |W|² and
+//! error bound of each joint · memberships and coefficients of every atom. The kernels of the atoms
+//! with each other are worked out again.
 
 use super::dictionary::SMALLEST_SIZE;
 use super::{KernelCompensator, KernelState, Places};
@@ -150,7 +150,8 @@ impl<const N: usize> KernelCompensator<N> {
             let scale = saved.scale[n] * saved.scale[n];
             let off = (saved.norms[n] - scale * squares[n]).abs();
             let lost = saved.errors[n] * saved.errors[n];
-            if !(off <= NORM_TOL * scale * sizes[n] + lost + TINY) {
+            let right = off <= NORM_TOL * scale * sizes[n] + lost + TINY;
+            if !right {
                 return Err(Error::damaged("its atoms have no such norms"));
             }
         }

@@ -8,8 +8,8 @@ use crate::fuzzy::lanes::Dot;
 use crate::fuzzy::{Compare, Kernel, Memberships};
 use crate::math::{Runs, Shared, Vector};
 
-/// What a record shows of the dictionary: in sampled control, what the torque of its row was decided
-/// from.
+/// What a record shows of the dictionary: in sampled control, what the torque of its row was
+/// decided from.
 const CHANNELS: [Channel; 2] = [
     Channel { name: "atoms", unit: "1", width: Width::One, doc: "Atoms in the dictionary" },
     Channel {
