@@ -5,7 +5,8 @@
 //! for ρ̂ and its `law` for τ, keeps τ within its `limits`, and tells the compensator what acted.
 //! `computed_torque` is a law. `dynamic` makes a compensator of a memory of a few numbers.
 //! `fuzzy_compensator` and `kernel_compensator` hold the weights that the `update` law (18) moves,
-//! with the modifications of `adaptation`; `stages` is what a step of it records.
+//! with the modifications of `adaptation`; `stages` is what a step of it records. `guard/` stands
+//! around a controller in a real loop.
 
 mod adaptation;
 mod channel;
@@ -14,6 +15,7 @@ mod computed_torque;
 mod controller;
 mod dynamic;
 mod fuzzy_compensator;
+mod guard;
 mod inputs;
 mod kernel_compensator;
 mod law;
@@ -34,6 +36,11 @@ pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
+pub use guard::{
+    Brake, Cause, Event, Events, Guard, GuardMemory, GuardParameters, GuardState, Guarded,
+};
+#[cfg(feature = "std")]
+pub(crate) use guard::{Seen, Turn};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use law::{Applied, Demand, Law};

@@ -13,7 +13,10 @@ use super::run::Run;
 use super::status::Cause;
 use super::stiff::{self, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
-use crate::control::{Audit, Command, Compensator, Controller, Law, Sample, State};
+use crate::control::{
+    Audit, Command, Compensator, Controller, GuardMemory, GuardParameters, Guarded, Law, Sample,
+    Seen, State, Turn,
+};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::plant::{Disturbance, Plant};
@@ -216,6 +219,10 @@ fn parts<const N: usize>(
     (parts, lost)
 }
 
+/// What stands between the controller and the robot, if anything does.
+pub(super) type Guarding<'a, const N: usize> =
+    Option<(&'a GuardParameters<N>, &'a mut GuardMemory<N>)>;
+
 /// Plant, sampled controller and reference.
 pub(super) struct Sampled<'a, const N: usize, A, D, L, C, R> {
     pub plant: &'a Plant<N, A, D>,
@@ -240,6 +247,7 @@ where
         mut motion: Motion<N>,
         mut record: Recorder<N>,
         mut monitor: impl FnMut(f64) -> ControlFlow<()>,
+        mut guard: Guarding<'_, N>,
     ) -> Run<N>
     where
         C: Compensator<N, S>,
@@ -251,7 +259,13 @@ where
             let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
             if k.is_multiple_of(self.hold) && k < record.steps || now.is_none() {
                 let before = now.as_ref().map(|(_, held)| &held.applied);
-                match self.decide(state, before, &sample, period) {
+                let decided = match &mut guard {
+                    None => self.decide(state, before, &sample, period),
+                    Some((guard, memory)) => {
+                        Ok(self.decide_guarded((guard, memory), state, before, &sample, period))
+                    }
+                };
+                match decided {
                     Ok(command) => now = Some((command, Held::new(self.plant, &command.tau))),
                     Err(error) => {
                         record.diverged(t, Cause::Rejected(error));
@@ -307,6 +321,31 @@ where
         }
         let Sample { q, dq, desired, .. } = sample;
         self.controller.step(state, q, dq, desired, period)
+    }
+
+    /// The same through a guard.
+    #[inline(never)]
+    fn decide_guarded<S>(
+        &self,
+        (guard, memory): (&GuardParameters<N>, &mut GuardMemory<N>),
+        state: &mut State<N, S>,
+        applied: Option<&Vector<N>>,
+        Sample { q, dq, desired, .. }: &Sample<N>,
+        elapsed: f64,
+    ) -> Command<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let mut turn = Turn { guard, memory, controller: self.controller, state };
+        let Guarded { tau, command, .. } = turn.step(&Seen { q, dq, desired, applied, elapsed });
+        let none = Vector::zeros();
+        let own =
+            Command { tau, model: tau, compensation: none, v: none, rho_hat: none, limited: true };
+        command.map_or(own, |asked| Command {
+            tau,
+            limited: asked.limited || tau != asked.tau,
+            ..asked
+        })
     }
 
     /// The terms of the identity at the sample that was decided on last.

@@ -8,12 +8,15 @@ use super::integrators::Motion;
 use super::options::{Method, Options};
 use super::recorder::Recorder;
 use super::run::Run;
-use super::sampled::Sampled;
+use super::sampled::{Guarding, Sampled};
 use crate::arm::Arm;
-use crate::control::{Compensator, Controller, Law, State};
-use crate::error::{Error, Result};
+use crate::control::{Compensator, Controller, Guard, GuardState, Law, State};
+use crate::error::{Error, Result, within};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
+
+/// How far two periods that are meant to be the same may differ, relative.
+const SAME_PERIOD: f64 = 1e-9;
 
 /// Simulates the closed loop and records it.
 ///
@@ -42,6 +45,51 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
+    run((plant, controller, reference), state, None, options, monitor)
+}
+
+/// The same of a loop whose sampled controller is guarded. The controller asks at the guard's
+/// period; what the guard does is in its state.
+///
+/// # Errors
+/// As [`simulate`]. `control_period`: not the guard's period.
+pub fn simulate_guarded<const N: usize, A, D, L, C, R, S>(
+    plant: &Plant<N, A, D>,
+    guard: &Guard<N, L, C>,
+    state: &mut GuardState<N, S>,
+    reference: &R,
+    options: &Options<N>,
+    monitor: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Run<N>>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
+    let period = options.control_period.unwrap_or(0.0);
+    let same = |period: f64| (period / guard.parameters().period - 1.0).abs() < SAME_PERIOD;
+    within("control_period", &[period], same, "the period of the guard")?;
+    let GuardState { controller: state, guard: memory } = state;
+    let guarding = Some((guard.parameters(), memory));
+    run((plant, &guard.controller, reference), state, guarding, options, monitor)
+}
+
+fn run<const N: usize, A, D, L, C, R, S>(
+    (plant, controller, reference): (&Plant<N, A, D>, &Controller<N, L, C>, &R),
+    state: &mut State<N, S>,
+    guarding: Guarding<'_, N>,
+    options: &Options<N>,
+    monitor: impl FnMut(f64) -> ControlFlow<()>,
+) -> Result<Run<N>>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+{
     let (steps, hold) = options.steps()?;
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
     if options.control_period.is_none() {
@@ -56,7 +104,7 @@ where
         }
         (Some(_), _) => {
             let sampled = Sampled { plant, controller, reference, hold, method: options.method };
-            sampled.run(state, start, record, monitor)
+            sampled.run(state, start, record, monitor, guarding)
         }
     })
 }
