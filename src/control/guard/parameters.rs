@@ -2,7 +2,7 @@
 
 use super::Brake;
 use crate::control::controller::check_period;
-use crate::error::{Result, accepted, within};
+use crate::error::{Result, accepted};
 
 /// Limits and times of a [`Guard`](super::Guard); infinite for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,7 @@ impl<const N: usize> GuardParameters<N> {
         accepted("slack", &self.slack, slack, "a number >= 0")?;
         for (joint, [lower, upper]) in self.position.iter().enumerate() {
             let wanted = "a range whose lower end is below the upper";
-            within("position", &[*lower], |lower| lower < *upper, wanted)
+            accepted("position", &[*lower], |lower| lower < *upper, wanted)
                 .map_err(|error| error.at(joint))?;
         }
         self.brake.validate()

@@ -205,6 +205,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         events.join(cut);
         self.memory.last_tau = Some(tau);
         if let Some(joint) = breach {
+            events.add(Event::Power);
             self.halt(Cause { event: Event::Power, joint: Some(joint) });
         }
         self.memory.add(events);

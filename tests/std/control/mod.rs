@@ -3,6 +3,7 @@
 
 mod allocations;
 mod dense;
+mod guard;
 mod histories;
 mod hold;
 mod rival;
