@@ -42,7 +42,7 @@ __all__ = [
     "design",
     "desired_motion",
     "metrics",
-    "paper_settings",
+    "paper_scenario",
     "read_scenario",
     "simulate",
 ]
@@ -973,8 +973,8 @@ def simulate(
     started in, and the parts of a tracker in the state that it ended in.
     """
 
-def paper_settings() -> dict[str, dict[str, Any]]:
-    """Return the paper's third simulation in each reading, as sections of arguments."""
+def paper_scenario(number: int, preset: str) -> str:
+    """Return a simulation of the paper, "printed" or "claimed", as TOML."""
 
 def read_scenario(text: str) -> dict[str, Any]:
     """Read a scenario in TOML: objects by section, None for a section that it does not have.
@@ -982,9 +982,10 @@ def read_scenario(text: str) -> dict[str, Any]:
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
     ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``.
-    Keys are the arguments of the classes. Raises ValueError naming the path of what is unknown, of
-    the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
+    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
+    ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+    naming the path of what is unknown, of the wrong type or out of range:
+    ``compensator.gain[1]: got -1, wants a number > 0``.
     """
 
 def channels() -> list[tuple[str, str, bool, str]]:

@@ -12,8 +12,9 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 
 use crate::scenario::{
-    BasisSettings, CompensatorSettings, ControllerSettings, InputSettings, MotionSettings, Numbers,
-    PerJoint, QuinticSettings, Rules, Scenario, SinesSettings, TableSettings, TwoLinkSettings,
+    BasisSettings, CompensatorSettings, ControllerSettings, InputSettings, MethodName,
+    MotionSettings, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, Scenario,
+    SinesSettings, TableSettings, TwoLinkSettings,
 };
 
 /// Lists with more entries are shown by their first and last.
@@ -158,7 +159,8 @@ as_dicts! {
     }
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
     QuinticSettings { start, goal, duration, start_time }
-    Scenario { two_link, plant, controller, compensator, reference, disturbance }
+    RunSettings { duration, dt, method, control_period, q0, dq0, rtol, atol }
+    Scenario { two_link, plant, controller, compensator, reference, disturbance, run }
     SinesSettings { frequency, sin, cos, offset }
     TableSettings { t, q, dq, ddq }
     TwoLinkSettings { mass, length, inertia, gravity, viscous, coulomb, smoothing }
@@ -189,6 +191,7 @@ as_objects! {
         Numbers::Same(values) => values.into_bound_py_any(py),
         Numbers::Rows(rows) => rows.into_bound_py_any(py),
     };
+    MethodName, it, py => it.name().into_bound_py_any(py);
     Rules, it, py => it.name().into_bound_py_any(py);
     InputSettings, it, py => {
         let dict = PyDict::new(py);

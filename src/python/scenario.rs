@@ -12,14 +12,18 @@ use super::two_link::PyTwoLink;
 use crate::paper;
 use crate::scenario::{MotionSettings, Scenario};
 
-/// Return the paper's third simulation in each reading, as sections of arguments.
+/// Return a simulation of the paper, "printed" or "claimed", as TOML.
 #[pyfunction]
-pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
-    let readings = PyDict::new(py);
-    for (name, reading) in [("printed", paper::PRINTED), ("claimed", paper::CLAIMED)] {
-        readings.set_item(name, &Scenario::paper(reading).map_err(value_error)?)?;
+pub(super) fn paper_scenario(number: usize, preset: &str) -> PyResult<String> {
+    let reading = if preset == "claimed" { paper::CLAIMED } else { paper::PRINTED };
+    let mut scenario = Scenario::paper(reading).map_err(value_error)?;
+    if number < 3 {
+        scenario.compensator = None;
     }
-    Ok(readings)
+    if number == 1 {
+        (scenario.plant, scenario.disturbance) = (None, None);
+    }
+    scenario.to_toml().map_err(read_error)
 }
 
 /// Read a scenario in TOML: objects by section, None for a section that it does not have.
@@ -27,9 +31,10 @@ pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
 /// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
 /// ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-/// likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``.
-/// Keys are the arguments of the classes. Raises ValueError naming the path of what is unknown, of
-/// the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
+/// likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
+/// ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+/// naming the path of what is unknown, of the wrong type or out of range:
+/// ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     let scenario = Scenario::from_toml(text).map_err(read_error)?;

@@ -6,12 +6,12 @@ import copy
 import inspect
 import pickle
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import steadyarm as sa
-from steadyarm import _core
 
 CENTERS = (-1.0, 0.0, 1.0)
 
@@ -182,6 +182,12 @@ duration = 3
 [disturbance.sines]
 frequency = [1, 3]
 sin = [[0, 1], [2, 0]]
+
+[run]
+duration = 0.5
+dt = 0.002
+control_period = 0.01
+q0 = [0.1, -0.1]
 """
 
 
@@ -207,6 +213,12 @@ def test_a_file_and_keywords_make_the_same_objects() -> None:
         ("width = 0.5", "width = 0", "compensator.basis.width: got 0, wants widths > 0"),
         ("goal = [1, 2]", 'goal = [1, "2"]', "reference.quintic.goal[1]: invalid type"),
         ("frequency = [1, 3]", "frequency = [1, nan]", "disturbance.sines.frequency[1]: got NaN"),
+        ("dt = 0.002", "dt = 0.3", "run.duration: got 0.5, wants a whole number of dt"),
+        (
+            "dt = 0.002",
+            'method = "euler"',
+            "run.method: unknown variant `euler`, expected `rk4` or",
+        ),
         ("kv = [5.5, 5]", "kv = [-5.5, 5]", "controller.kv[0]: got -5.5, wants a number > 0"),
     ],
 )
@@ -217,8 +229,8 @@ def test_a_file_is_refused_by_the_path_of_the_key(line: str, instead: str, messa
 
 def test_the_papers_numbers_are_the_cores() -> None:
     for name, preset in sa.paper.PRESETS.items():
-        settings = _core.paper_settings()[name]["compensator"]
-        assert preset["gain"] == settings["gain"]
+        settings = sa.read_scenario(sa.paper.scenario(3, name))["compensator"]
+        np.testing.assert_array_equal(settings.gain, preset["gain"])
     assert sa.paper.CENTERS == (-1.5, -0.5, 0.0, 0.5, 1.5)
     assert sa.paper.WIDTH == 0.5**0.5
     assert sa.paper.PRESETS == {
@@ -230,3 +242,65 @@ def test_the_papers_numbers_are_the_cores() -> None:
     )
     for arm, mass, inertia in [(sa.paper.nominal(), 4, 0.2), (sa.paper.actual(), 8, 0.4)]:
         assert arm.parameters == sa.TwoLink(mass, 0.5, inertia).parameters
+
+
+def test_a_scene_is_what_its_file_says(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(TOML)
+    scene, sections = sa.Scene.read(file), sa.read_scenario(TOML)
+    arm = sections["two_link"]
+    tracker = sa.ComputedTorque(arm, 8, (5.5, 5), compensator=sections["compensator"])
+    run = sa.simulate(
+        sa.Plant(arm, sections["disturbance"]),
+        tracker,
+        sections["reference"],
+        0.5,
+        0.002,
+        control_period=0.01,
+        q0=(0.1, -0.1),
+    )
+    assert scene.run().e.tobytes() == run.e.tobytes()
+    other = sa.Scene.read(file, gain=3.0, width=0.7, kp=9, duration=0.2, control_period=None)
+    assert (other.duration, other.options["control_period"]) == (0.2, None)
+    assert other.tracker.compensator == compensator(
+        basis=other.tracker.compensator.basis,
+        gain=(3, 3),
+        q=9,
+        projection_radius=60,
+        dictionary=64,
+        merge_tolerance=0.01,
+    )
+    assert other.tracker.compensator.basis == basis(
+        width=0.7, normalized=False, inputs={"q": 2.0, "dq": 0.5}
+    )
+    np.testing.assert_array_equal(other.tracker.kp, 9.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "overrides", "message"),
+    [
+        (TOML.replace("[controller]", "[contrller]"), {}, "mine.toml: line"),
+        ("[run]", {}, r"mine.toml: two_link: wants a section \[two_link\]"),
+        (TOML, {"gian": 1}, "mine.toml: gian: this scene has no such setting"),
+        (TOML, {"gain": -1}, r"mine.toml: gain\[0\]: got -1, wants a number > 0"),
+    ],
+)
+def test_a_scene_is_refused_by_name(
+    tmp_path: Path, text: str, overrides: dict[str, Any], message: str
+) -> None:
+    (tmp_path / "mine.toml").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        sa.Scene.read(tmp_path / "mine.toml", **overrides)
+
+
+@pytest.mark.parametrize("preset", ["printed", "claimed"])
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_a_simulation_of_the_paper_is_its_scenario(
+    tmp_path: Path, number: Any, preset: Any
+) -> None:
+    (tmp_path / "paper.toml").write_text(sa.paper.scenario(number, preset))
+    scene = sa.paper.simulation(number, preset, duration=0.3)
+    read = sa.Scene.read(tmp_path / "paper.toml", duration=0.3)
+    assert scene.run().e.tobytes() == read.run().e.tobytes()
+    assert (scene.tracker.compensator is None) == (number < 3)
+    assert (scene.plant.disturbance is None) == (number == 1)
