@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from . import _core
+from ._scene import PARAMETERS
 from .run import Run
 from .simulation import simulate
 
@@ -14,10 +15,10 @@ _SETTINGS = _core.paper_settings()
 
 _COMMON = _SETTINGS["printed"]
 
-CENTERS: tuple[float, ...] = tuple(_COMMON["compensator"]["basis"]["centers"])
+CENTERS: tuple[float, ...] = tuple(_COMMON["compensator"].basis.centers)
 """Centres of the five fuzzy sets."""
 
-WIDTH: float = _COMMON["compensator"]["basis"]["width"]
+WIDTH: float = _COMMON["compensator"].basis.width
 """Their width: exp(-(x - c)²) is a Gaussian of σ = 1/√2."""
 
 FEEDBACK: dict[str, float] = {name: _COMMON["controller"][name] for name in ("kp", "kv")}
@@ -25,9 +26,9 @@ FEEDBACK: dict[str, float] = {name: _COMMON["controller"][name] for name in ("kp
 
 PRESETS: dict[str, dict[str, Any]] = {
     name: {
-        "form": settings["compensator"]["basis"]["form"],
-        "normalized": settings["compensator"]["basis"]["normalized"],
-        "gain": settings["compensator"]["gain"],
+        "form": settings["compensator"].basis.form,
+        "normalized": settings["compensator"].basis.normalized,
+        "gain": float(settings["compensator"].gain[0]),
     }
     for name, settings in _SETTINGS.items()
 }
@@ -57,22 +58,22 @@ class Scene:
 
 def nominal() -> _core.TwoLink:
     """What the controller believes: 4 kg, 0.5 m, 0.2 kg·m² each link."""
-    return _core.TwoLink(**_COMMON["two_link"])
+    return _COMMON["two_link"]
 
 
 def actual() -> _core.TwoLink:
     """What is there in simulations 2 and 3: twice the mass and inertia."""
-    return _core.TwoLink(**_COMMON["plant"])
+    return _COMMON["plant"]
 
 
 def reference() -> _core.Sines:
     """q_d = [0.5 cos t + 0.2 sin 3t, -0.2 sin t - 0.5 cos t]."""
-    return _core.Sines(**_COMMON["reference"])
+    return _COMMON["reference"]
 
 
 def disturbance() -> _core.Sines:
     """τ_d = [sin t, cos t], in simulations 2 and 3."""
-    return _core.Sines(**_COMMON["disturbance"])
+    return _COMMON["disturbance"]
 
 
 def simulation(
@@ -101,10 +102,13 @@ def simulation(
     return replace(Scene(plant, tracker, reference()), **length)
 
 
-def _compensator(preset: dict[str, Any], overrides: dict[str, Any]) -> _core.FuzzyCompensator:
+def _compensator(
+    preset: _core.FuzzyCompensator, overrides: dict[str, Any]
+) -> _core.FuzzyCompensator:
     """Take the settings of basis and compensator out of ``overrides``."""
-    basis, law = dict(preset["basis"]), dict(preset)
-    del basis["joints"], law["basis"], law["dictionary"], law["merge_tolerance"]
-    for settings in (basis, law):
-        settings |= {name: overrides.pop(name) for name in settings if name in overrides}
-    return _core.FuzzyCompensator(_core.FuzzyBasis(**basis), **law)
+    own = {"basis", "joints", "dictionary", "merge_tolerance"}
+    basis, law = (
+        {name: overrides.pop(name) for name in PARAMETERS[kind] if name in {*overrides} - own}
+        for kind in ("FuzzyBasis", "FuzzyCompensator")
+    )
+    return preset.__replace__(basis=preset.basis.__replace__(**basis), **law)

@@ -1,5 +1,7 @@
 //! `Arm`: what every arm can do.
 
+use std::sync::Arc;
+
 use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
@@ -10,6 +12,7 @@ use super::convert::{
     wrong_type,
 };
 use super::dispatch::{each, of_joints, other_joints};
+use super::form::{Form, New, PyForm};
 use crate::arm::{Arm, Pose};
 
 /// An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
@@ -19,25 +22,20 @@ use crate::arm::{Arm, Pose};
 /// ``q`` [rad], ``dq`` [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are
 /// fastest. ``out``: a float64 array (n,) that is written to and returned. For a prismatic joint,
 /// read m for rad and N for N·m.
-#[pyclass(name = "Arm", module = "steadyarm", subclass, frozen)]
+#[pyclass(name = "Arm", module = "steadyarm", subclass, frozen, extends = PyForm)]
 pub(super) struct PyArm {
     pub arms: Arms,
 }
 
-/// A new object of a class made from `Arm`.
-pub(super) struct New<T: PyClass>(pub PyClassInitializer<T>);
-
-impl<'py, T: PyClass> IntoPyObject<'py> for New<T> {
-    type Target = T;
-    type Output = Bound<'py, T>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, T>> {
-        Bound::new(py, self.0)
-    }
-}
-
 impl PyArm {
+    /// A class of arms, above what it is made of.
+    pub fn under<T>(settings: Arc<impl Form + 'static>, arms: Arms, class: T) -> New<T>
+    where
+        T: PyClass<BaseType = Self>,
+    {
+        New(PyForm::under(settings, Self { arms }).add_subclass(class))
+    }
+
     /// The argument `arm`.
     pub fn of<'a>(arm: Any<'a, '_>) -> PyResult<&'a Self> {
         let class = arm.cast::<Self>();

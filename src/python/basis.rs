@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -11,7 +12,7 @@ use super::convert::{
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::errors::value_error;
-use super::form::PyForm;
+use super::form::{New, PyForm};
 use crate::error::{Error, Problem};
 use crate::fuzzy::{FuzzyBasis, KernelBasis};
 use crate::scenario::{BasisSettings, InputSettings, Numbers, PerJoint, Rules};
@@ -54,10 +55,20 @@ pub(super) struct PyFuzzyBasis {
     pub settings: Arc<BasisSettings>,
 }
 
+impl<'py> IntoPyObject<'py> for &BasisSettings {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        PyFuzzyBasis::made(Arc::new(self.clone())).into_bound_py_any(py)
+    }
+}
+
 impl PyFuzzyBasis {
-    /// It as an object.
-    pub fn object(&self, py: Python<'_>) -> PyResult<Py<Self>> {
-        Py::new(py, PyForm::under(&self.settings, self.clone()))
+    /// The basis of settings that were checked.
+    pub fn made(settings: Arc<BasisSettings>) -> New<Self> {
+        New(PyForm::under(settings.clone(), Self { settings }))
     }
 
     /// The grid over the inputs of an arm, in the kernel form.
@@ -139,8 +150,7 @@ impl PyFuzzyBasis {
         }
         settings.joints = joints.map(joint_count).transpose()?;
         let checked = settings.clone().checked().map_err(|error| refused(error, &settings))?;
-        let settings = Arc::new(checked);
-        Ok(PyForm::under(&settings.clone(), Self { settings }))
+        Ok(Self::made(Arc::new(checked)).0)
     }
 
     /// How the sets combine to rules.
@@ -153,6 +163,18 @@ impl PyFuzzyBasis {
     #[getter]
     fn normalized(&self) -> bool {
         self.settings.normalized
+    }
+
+    /// Centres of the sets: a list for all inputs, or a list of lists, one an input.
+    #[getter]
+    fn centers(&self) -> &Numbers {
+        &self.settings.centers
+    }
+
+    /// σ of the sets, as it was given.
+    #[getter]
+    fn width(&self) -> &Numbers {
+        &self.settings.width
     }
 
     /// The signals with their scales, in order.

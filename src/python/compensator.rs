@@ -94,18 +94,6 @@ impl<const N: usize> AnyCompensator<N> {
         }
     }
 
-    /// It in words.
-    pub fn words(&self) -> String {
-        match self {
-            Self::None => "none".into(),
-            Self::Fuzzy(fuzzy) => format!("fuzzy, {} rules", fuzzy.basis().rules()),
-            Self::Kernel(kernel) => {
-                let (rules, parameters) = (kernel.basis().rules(), kernel.kernel_parameters());
-                format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
-            }
-        }
-    }
-
     /// The controller's state as bytes.
     pub fn save(&self, state: &State<N, Memory<N>>) -> Vec<u8> {
         let State { compensator, last_tau, steps } = state;

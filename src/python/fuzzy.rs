@@ -12,7 +12,7 @@ use super::convert::{
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
 use super::errors::value_error;
-use super::form::PyForm;
+use super::form::{New, PyForm};
 use super::per_joint::{other_count, per_joint};
 use crate::control::{FuzzyParameters, KernelParameters};
 use crate::fuzzy::FuzzyApproximator;
@@ -103,7 +103,7 @@ impl PyFuzzyApproximator {
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, this) = (slf.py(), slf.get());
-        let basis = this.basis.object(py)?;
+        let basis = &*this.basis.settings;
         let arguments = (basis, this.approximator.basis().inputs(), this.weights(py)?);
         let make = slf.get_type().getattr("from_weights")?;
         Ok((make, arguments.into_pyobject(py)?.into_any()))
@@ -154,15 +154,14 @@ pub(super) struct PyFuzzyCompensator {
 }
 
 impl PyFuzzyCompensator {
-    fn under(
-        basis: PyFuzzyBasis,
-        settings: CompensatorSettings,
-    ) -> PyResult<PyClassInitializer<Self>> {
+    /// The compensator of settings with a basis that was checked.
+    pub fn made(settings: CompensatorSettings) -> PyResult<New<Self>> {
+        let basis = PyFuzzyBasis { settings: Arc::new(settings.basis.clone()) };
         let settings = settings.checked().map_err(|error| refused(error, &basis.settings))?;
         let joints = settings.joints().map_err(other_count)?;
         let kernel = settings.kernel().map_err(value_error)?;
         let settings = Arc::new(settings);
-        Ok(PyForm::under(&settings.clone(), Self { basis, joints, kernel, settings }))
+        Ok(New(PyForm::under(settings.clone(), Self { basis, joints, kernel, settings })))
     }
 
     /// The core's parameters for `N` joints.
@@ -171,10 +170,9 @@ impl PyFuzzyCompensator {
     }
 
     /// The same for the joints of an arm.
-    pub fn of_joints(&self, py: Python<'_>, joints: usize) -> PyResult<Py<Self>> {
+    pub fn of_joints(&self, joints: usize) -> PyResult<New<Self>> {
         let gain = PerJoint::Each(self.settings.gain.values(joints));
-        let settings = CompensatorSettings { gain, ..(*self.settings).clone() };
-        Py::new(py, Self::under(self.basis.clone(), settings)?)
+        Self::made(CompensatorSettings { gain, ..(*self.settings).clone() })
     }
 
     fn joints_or_default(&self) -> usize {
@@ -248,13 +246,13 @@ impl PyFuzzyCompensator {
         }
         let part = merge_tolerance.map(|it| scalar(it, "merge_tolerance"));
         settings.merge_tolerance = part.transpose()?;
-        Self::under(basis, settings)
+        Ok(Self::made(settings)?.0)
     }
 
     /// The basis ξ.
     #[getter]
-    fn basis(&self, py: Python<'_>) -> PyResult<Py<PyFuzzyBasis>> {
-        self.basis.object(py)
+    fn basis(&self) -> New<PyFuzzyBasis> {
+        PyFuzzyBasis::made(self.basis.settings.clone())
     }
 
     /// Γ⁻¹ of each joint, (n,).

@@ -1,5 +1,7 @@
 //! `Plant`: what is really there.
 
+use std::sync::Arc;
+
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
@@ -8,6 +10,7 @@ use super::arm::PyArm;
 use super::convert::{Any, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar};
 use super::dispatch::{by_joints, each, for_joints};
 use super::errors::value_error;
+use super::form::{Objects, PyForm, limits};
 use super::sources::{AnyDisturbance, Callback};
 use crate::error::{finite, positive};
 use crate::plant;
@@ -23,7 +26,8 @@ by_joints! {
 
 /// What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
 ///
-/// That is (6) with the `Serial.stops` of the arm, if it has any.
+/// That is (6) with the `Serial.stops` of the arm, if it has any. Two are equal when arm, limits
+/// and disturbance are; a callable is as Python says, mostly to itself alone.
 ///
 /// Parameters
 /// ----------
@@ -31,10 +35,10 @@ by_joints! {
 /// disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
 ///     torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
 /// effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
-#[pyclass(name = "Plant", module = "steadyarm", frozen)]
+#[pyclass(name = "Plant", module = "steadyarm", frozen, extends = PyForm)]
 pub(super) struct PyPlant {
     pub plants: Plants,
-    arguments: Py<PyAny>,
+    arguments: Arc<Objects>,
 }
 
 #[pymethods]
@@ -46,24 +50,25 @@ impl PyPlant {
         arm: Any<'_, '_>,
         disturbance: Given<'_, '_>,
         effort_limit: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<PyClassInitializer<Self>> {
         let joints = PyArm::of(arm)?.joints();
         let plants = for_joints!(joints, plant(arm, disturbance, effort_limit))?;
-        let limit = each!(&plants, Plants, plant => plant.effort_limit().to_vec());
-        let arguments = (arm, disturbance, limit).into_pyobject(py)?;
-        Ok(Self { plants, arguments: arguments.into_any().unbind() })
+        let limit = each!(&plants, Plants, plant => limits(plant.effort_limit()));
+        let names = &["arm", "disturbance", "effort_limit"];
+        let arguments = Arc::new(Objects::new(py, names, (arm, disturbance, limit))?);
+        Ok(PyForm::under(arguments.clone(), Self { plants, arguments }))
     }
 
     /// The true arm.
     #[getter]
     fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(0)
+        self.arguments.get(py, 0)
     }
 
     /// τ_d as it was given.
     #[getter]
     fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(1)
+        self.arguments.get(py, 1)
     }
 
     /// Largest torque of each actuator [N·m], (n,); inf without a limit.
@@ -89,19 +94,9 @@ impl PyPlant {
         each!(&self.plants, Plants, plant => step(py, plant, [q, dq, tau], t, dt))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
-        (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
-    }
-
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
         let callback = each!(&self.plants, Plants, plant => plant.disturbance.callback());
-        callback.map_or(Ok(()), |callback| callback.traverse(visit))?;
-        visit.call(&self.arguments)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (arm, disturbance) = (self.arm(py)?, self.disturbance(py)?);
-        Ok(format!("Plant({}, disturbance={})", arm.repr()?, disturbance.repr()?))
+        callback.map_or(Ok(()), |callback| callback.traverse(visit))
     }
 }
 

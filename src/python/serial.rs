@@ -1,13 +1,17 @@
 //! `Serial`: any chain, from a file, a table or the wheel.
 
+use std::sync::Arc;
+
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::{Chains, chain};
-use super::arm::{New, PyArm};
+use super::arm::PyArm;
 use super::convert::{Any, Array1, Array2, Given, array1, finite_vector, owned1, owned2};
 use super::dispatch::{each, for_joints};
 use super::errors::{read_error, value_error};
+use super::form::{Fields, New};
 use super::limits::PyExcess;
 use super::serial_files::{self, triple};
 use crate::arm::{JointFriction, Link};
@@ -15,7 +19,8 @@ use crate::robot::{Description, UrdfOptions, shipped};
 
 /// A serial arm of 1 to 12 revolute and prismatic joints on a fixed base.
 ///
-/// Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit.
+/// Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit, and
+/// two are equal when all that it says is. `with_payload` and the like are copies with changes.
 ///
 /// Raises
 /// ------
@@ -25,14 +30,15 @@ use crate::robot::{Description, UrdfOptions, shipped};
 ///     For a file that cannot be opened.
 #[pyclass(name = "Serial", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PySerial {
-    pub description: Description,
+    pub description: Arc<Description>,
     pub chain: Chains,
 }
 
 impl PySerial {
     pub fn new(description: Description) -> PyResult<New<Self>> {
         let (chain, arms) = for_joints!(description.joints.len(), chain(&description))?;
-        Ok(New(PyClassInitializer::from(PyArm { arms }).add_subclass(Self { description, chain })))
+        let description = Arc::new(description);
+        Ok(PyArm::under(description.clone(), arms, Self { description, chain }))
     }
 
     pub fn links(&self) -> &[Link] {
@@ -41,6 +47,16 @@ impl PySerial {
 
     fn column<'py>(&self, py: Python<'py>, of: impl Fn(&Link) -> f64) -> Array1<'py> {
         owned1(py, self.links().iter().map(of).collect())
+    }
+}
+
+impl Fields for Description {
+    fn fields<'py>(&self, _: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        Err(PyTypeError::new_err(
+            "Serial: an arm of a file or a table has no list of arguments to replace; use \
+             with_payload, with_friction, with_gravity, with_armature, with_stops or \
+             with_parameters, or edit to_toml()",
+        ))
     }
 }
 
@@ -199,7 +215,7 @@ impl PySerial {
     /// Return the same arm under another ``gravity`` (3,) [m/s²], in the axes of the base.
     fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
         let gravity = triple(gravity, "gravity")?;
-        Self::new(Description { gravity, ..self.description.clone() })
+        Self::new(Description { gravity, ..(*self.description).clone() })
     }
 
     /// Return the same arm with inertial parameters π, (10n,), as `inertial_parameters` gives.

@@ -3,12 +3,12 @@
 use pyo3::prelude::*;
 
 use super::any_arm::Chains;
-use super::arm::New;
 use super::convert::{
     Any, Given, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
 };
 use super::dispatch::each;
 use super::errors::{read_error, value_error};
+use super::form::New;
 use super::limits::{PyExcess, check};
 use super::serial::PySerial;
 use super::serial_files::{moments, refuse_stops_without_ends, triple};

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
@@ -10,7 +11,7 @@ use super::convert::{
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
 use super::errors::value_error;
-use super::form::PyForm;
+use super::form::{New, PyForm};
 use super::motion::{Signal, Triple};
 use super::per_joint::{amplitudes, other_count, per_joint, rows};
 use crate::scenario::{
@@ -43,7 +44,19 @@ impl PyMotion {
         let signal = for_joints!(joints.unwrap_or(DEFAULT_JOINTS), signal(&settings))?;
         let settings = Arc::new(settings);
         let motion = Self { joints, signal, settings: settings.clone() };
-        Ok(PyForm::under(&settings, motion).add_subclass(class))
+        Ok(PyForm::under(settings, motion).add_subclass(class))
+    }
+
+    /// The object of a motion.
+    pub fn object<'py>(py: Python<'py>, motion: &MotionSettings) -> PyResult<Bound<'py, PyAny>> {
+        let settings = motion.clone();
+        match motion {
+            MotionSettings::Sines(_) => New(Self::under(settings, PySines)?).into_bound_py_any(py),
+            MotionSettings::Quintic(_) => {
+                New(Self::under(settings, PyQuintic)?).into_bound_py_any(py)
+            }
+            MotionSettings::Table(_) => New(Self::under(settings, PyTable)?).into_bound_py_any(py),
+        }
     }
 }
 
