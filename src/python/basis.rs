@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Any, Array2, Given, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
+    Any, Array, Given, count, flag, matrix, numbers, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::errors::value_error;
@@ -136,7 +136,7 @@ impl PyFuzzyBasis {
         inputs: Given<'_, '_>,
         joints: Given<'_, '_>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let form = rules(form)?;
+        let form = word(form, "form", Rules::NAMES)?;
         let normalized = normalized.map(|value| flag(value, "normalized")).transpose()?;
         let centers = ragged(centers, "centers")?;
         let width = match width.len() {
@@ -206,7 +206,7 @@ impl PyFuzzyBasis {
     ///
     /// The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
     /// ValueError for a wrong shape, NaN, infinity, too many rules, or more than 2²⁸ entries.
-    fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn evaluate(&self, x: Any<'_, '_>) -> PyResult<Array<2>> {
         let (rows, columns, values) = matrix(x, "x", "(samples, inputs)")?;
         if columns == 0 {
             return Err(wrong_shape("x", &[rows, 0], "(samples, inputs) with at least one input"));
@@ -223,23 +223,16 @@ impl PyFuzzyBasis {
         for (x, xi) in values.chunks_exact(columns).zip(xi.chunks_exact_mut(basis.rules())) {
             basis.evaluate(x, &mut work, xi).map_err(value_error)?;
         }
-        owned2(py, xi, basis.rules())
+        Ok(Array::rows(xi, basis.rules()))
     }
 }
 
 /// The argument `joints`.
 fn joint_count(value: Any<'_, '_>) -> PyResult<usize> {
-    match count(value, "joints")? {
+    match count(value, "joints", 1)? {
         joints @ 1..=MAX_JOINTS => Ok(joints),
         other => Err(too_many_joints(other)),
     }
-}
-
-/// The argument `form`.
-fn rules(value: Any<'_, '_>) -> PyResult<Rules> {
-    let name = word(value, "form", Rules::NAMES.map(|(name, _)| name))?;
-    let found = Rules::NAMES.iter().find(|(known, _)| *known == name);
-    Ok(found.map_or(Rules::Grid, |(_, rules)| *rules))
 }
 
 /// A list of numbers (for all inputs), or a list of such lists.

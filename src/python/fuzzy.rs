@@ -6,10 +6,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of, refused};
-use super::convert::{
-    Any, Array1, Array2, Given, count, matrix, numbers, owned1, owned2, scalar, scalar_or,
-    wrong_shape,
-};
+use super::convert::{Any, Array, Given, count, matrix, numbers, scalar, scalar_or, wrong_shape};
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
 use super::errors::value_error;
 use super::form::{New, PyForm};
@@ -78,8 +75,8 @@ impl PyFuzzyApproximator {
 
     /// W, (outputs, rules).
     #[getter]
-    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        owned2(py, self.approximator.weights().to_vec(), self.rules())
+    fn weights(&self) -> Array<2> {
+        Array::rows(self.approximator.weights().to_vec(), self.rules())
     }
 
     /// Number of rules.
@@ -88,23 +85,20 @@ impl PyFuzzyApproximator {
         self.approximator.basis().rules()
     }
 
-    fn __call__<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn __call__(&self, x: Any<'_, '_>) -> PyResult<Array<2>> {
         let inputs = self.approximator.basis().inputs();
         let (rows, columns, x) = matrix(x, "x", &format!("(samples, {inputs})"))?;
         if columns != inputs {
             return Err(wrong_shape("x", &[rows, columns], &format!("(samples, {inputs})")));
         }
-        owned2(
-            py,
-            self.approximator.evaluate(&x).map_err(value_error)?,
-            self.approximator.outputs(),
-        )
+        let y = self.approximator.evaluate(&x).map_err(value_error)?;
+        Ok(Array::rows(y, self.approximator.outputs()))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, this) = (slf.py(), slf.get());
         let basis = &*this.basis.settings;
-        let arguments = (basis, this.approximator.basis().inputs(), this.weights(py)?);
+        let arguments = (basis, this.approximator.basis().inputs(), this.weights());
         let make = slf.get_type().getattr("from_weights")?;
         Ok((make, arguments.into_pyobject(py)?.into_any()))
     }
@@ -228,7 +222,7 @@ impl PyFuzzyCompensator {
         ] {
             *number = scalar_or(given, *number, name)?;
         }
-        settings.dictionary = dictionary.map(|it| count(it, "dictionary")).transpose()?;
+        settings.dictionary = dictionary.map(|it| count(it, "dictionary", 1)).transpose()?;
         let form = settings.basis.form;
         if let Some(capacity) = settings.dictionary.filter(|_| form != Rules::Grid) {
             let name = form.name();
@@ -257,8 +251,8 @@ impl PyFuzzyCompensator {
 
     /// Γ⁻¹ of each joint, (n,).
     #[getter]
-    fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, self.settings.gain.values(self.joints_or_default()))
+    fn gain(&self) -> Array<1> {
+        self.settings.gain.values(self.joints_or_default()).into()
     }
 
     /// γ of (19).
@@ -269,8 +263,8 @@ impl PyFuzzyCompensator {
 
     /// Diagonal of Q, (2n,): [e₁ … eₙ, de₁ … deₙ].
     #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, self.settings.q.values(2 * self.joints_or_default()))
+    fn q(&self) -> Array<1> {
+        self.settings.q.values(2 * self.joints_or_default()).into()
     }
 
     /// States of the kernel form at the most; None without a dictionary.

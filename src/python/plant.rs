@@ -7,7 +7,9 @@ use pyo3::prelude::*;
 
 use super::any_arm::AnyArm;
 use super::arm::PyArm;
-use super::convert::{Any, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar};
+use super::convert::{
+    Any, Array, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar,
+};
 use super::dispatch::{by_joints, each, for_joints};
 use super::errors::value_error;
 use super::form::{Objects, PyForm, limits};
@@ -73,8 +75,8 @@ impl PyPlant {
 
     /// Largest torque of each actuator [N·m], (n,); inf without a limit.
     #[getter]
-    fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.plants, Plants, plant => array1(py, plant.effort_limit()))
+    fn effort_limit(&self) -> Array<1> {
+        each!(&self.plants, Plants, plant => plant.effort_limit()[..].into())
     }
 
     /// Move on by ``dt`` [s] from time ``t`` [s] under the held torque ``tau`` [N·m].

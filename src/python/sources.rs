@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use super::any_arm::{AnyArm, Arms};
 use super::arm::PyArm;
-use super::convert::{Any, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
+use super::convert::{Any, Array, array1, matrix_of, numbers, type_name, vector};
 use super::dispatch::{each, same_joints};
 use super::signals::PyMotion;
 use crate::arm::Arm;
@@ -138,14 +138,14 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
 /// e and de are those of a controller with this nominal arm that was at ``q``, ``dq``, (T, n) each.
 /// Raises what a callable raises, and ValueError where it returns what is not finite.
 #[pyfunction]
-pub(super) fn desired_motion<'py>(
-    py: Python<'py>,
-    reference: Any<'_, 'py>,
-    arm: Any<'_, 'py>,
-    t: Any<'_, 'py>,
-    q: Any<'_, 'py>,
-    dq: Any<'_, 'py>,
-) -> PyResult<[Array2<'py>; 5]> {
+pub(super) fn desired_motion(
+    py: Python<'_>,
+    reference: Any<'_, '_>,
+    arm: Any<'_, '_>,
+    t: Any<'_, '_>,
+    q: Any<'_, '_>,
+    dq: Any<'_, '_>,
+) -> PyResult<[Array<2>; 5]> {
     let PyArm { arms } = PyArm::of(arm)?;
     let joints = arms.joints();
     let t = numbers(t, "t")?.values;
@@ -154,13 +154,13 @@ pub(super) fn desired_motion<'py>(
     each!(arms, Arms, arm => desired(py, reference, &**arm, &t, [&q, &dq]))
 }
 
-fn desired<'py, const N: usize>(
-    py: Python<'py>,
-    reference: Any<'_, 'py>,
+fn desired<const N: usize>(
+    py: Python<'_>,
+    reference: Any<'_, '_>,
     arm: &AnyArm<N>,
     t: &[f64],
     [q, dq]: [&[f64]; 2],
-) -> PyResult<[Array2<'py>; 5]> {
+) -> PyResult<[Array<2>; 5]> {
     let (reference, wraps) = (AnyReference::<N>::new(reference)?, arm.wraps());
     let mut columns = [(); 5].map(|()| Vec::with_capacity(N * t.len()));
     py.detach(|| {
@@ -182,8 +182,7 @@ fn desired<'py, const N: usize>(
         let message = format!("reference: got no number at t = {time} s, wants finite ones");
         return Err(PyValueError::new_err(message));
     }
-    let [q, dq, ddq, e, de] = columns.map(|column| owned2(py, column, N));
-    Ok([q?, dq?, ddq?, e?, de?])
+    Ok(columns.map(|column| Array::rows(column, N)))
 }
 
 /// Any disturbance, or none.

@@ -10,9 +10,7 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use super::arm::PyArm;
 use super::compensator::compensator_of;
-use super::convert::{
-    Any, Array1, Array2, Given, array1, matrix_of, owned2, scalar, vector, wrong_type,
-};
+use super::convert::{Any, Array, Array1, Given, array1, matrix_of, scalar, vector, wrong_type};
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::form::{self, Form, Objects, limits};
@@ -153,26 +151,20 @@ impl PyComputedTorque {
 
     /// M₀v + H₀ of the latest step [N·m], (n,); None before it.
     #[getter]
-    fn tau_model<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.model.as_slice()))
-        })
+    fn tau_model(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.model.into()))
     }
 
     /// -M₀ρ̂ of the latest step [N·m], (n,); None before it.
     #[getter]
-    fn tau_compensation<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.compensation.as_slice()))
-        })
+    fn tau_compensation(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.compensation.into()))
     }
 
     /// ρ̂ of the latest step [rad/s²], (n,); None before it.
     #[getter]
-    fn rho_hat<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.rho_hat.as_slice()))
-        })
+    fn rho_hat(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.rho_hat.into()))
     }
 
     /// Whether a limit cut the latest torque; nothing was learnt then.
@@ -189,14 +181,14 @@ impl PyComputedTorque {
 
     /// K_p [1/s²], (n,).
     #[getter]
-    fn kp<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kp))
+    fn kp(&self) -> Array<1> {
+        each!(&self.trackers, Trackers, it => it.controller.law.gains.kp[..].into())
     }
 
     /// K_v [1/s], (n,).
     #[getter]
-    fn kv<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kv))
+    fn kv(&self) -> Array<1> {
+        each!(&self.trackers, Trackers, it => it.controller.law.gains.kv[..].into())
     }
 
     /// The nominal arm.
@@ -214,9 +206,9 @@ impl PyComputedTorque {
     /// P of (19), (2n, 2n); None without a compensator.
     #[getter]
     #[pyo3(name = "P")]
-    fn p<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
+    fn p(&self) -> Option<Array<2>> {
         let p = each!(&self.trackers, Trackers, it => it.p());
-        p.map(|p| owned2(py, p, 2 * self.trackers.joints())).transpose()
+        p.map(|p| Array::rows(p, 2 * self.trackers.joints()))
     }
 
     /// W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
@@ -226,14 +218,14 @@ impl PyComputedTorque {
     /// compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
     /// TypeError.
     #[getter]
-    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
+    fn weights(&self, py: Python<'_>) -> PyResult<Option<Array<2>>> {
         if self.compensator(py)?.is_none() {
             return Ok(None);
         }
         each!(&self.trackers, Trackers, it => {
             let compensator = &it.controller.compensator;
             let weights = compensator.weights(&it.state.compensator)?;
-            owned2(py, weights, compensator.rules()?).map(Some)
+            Ok(Some(Array::rows(weights, compensator.rules()?)))
         })
     }
 
