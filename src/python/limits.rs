@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 
 use super::errors::value_error;
 use super::monitor::Monitor;
-use super::sources::{AnyReference, Callback};
+use super::sources::Source;
 use crate::arm::Serial;
 use crate::design::{Excess, check_limits};
 use crate::math::Vector;
@@ -78,7 +78,7 @@ impl PyExcess {
 
 /// A reference that can be stopped from the keyboard.
 struct Watched<'a, const N: usize> {
-    reference: &'a AnyReference<N>,
+    reference: &'a Source<N>,
     monitor: &'a RefCell<Monitor>,
 }
 
@@ -98,14 +98,14 @@ pub(super) fn check<const N: usize>(
     reference: &Bound<'_, PyAny>,
     [duration, dt]: [f64; 2],
 ) -> PyResult<Vec<Excess>> {
-    let reference = AnyReference::<N>::new(reference)?;
+    let reference = Source::<N>::reference(reference)?;
     let (check, interrupted) = py.detach(|| {
         let monitor = RefCell::new(Monitor::new(None));
         let watched = Watched { reference: &reference, monitor: &monitor };
         let check = check_limits(arm, &watched, duration, dt);
         (check, monitor.into_inner().raised)
     });
-    if let Some(error) = reference.callback().and_then(Callback::raised).or(interrupted) {
+    if let Some(error) = reference.raised().or(interrupted) {
         return Err(error);
     }
     Ok(check.map_err(value_error)?.excesses().copied().collect())

@@ -13,13 +13,13 @@ use super::convert::{
 use super::dispatch::{by_joints, each, for_joints};
 use super::errors::value_error;
 use super::form::{Objects, PyForm, limits};
-use super::sources::{AnyDisturbance, Callback};
+use super::sources::Source;
 use crate::error::{finite, positive};
 use crate::plant;
 use crate::sim::{self, Motion};
 
 /// A plant of `N` joints.
-pub(super) type Plant<const N: usize> = plant::Plant<N, AnyArm<N>, AnyDisturbance<N>>;
+pub(super) type Plant<const N: usize> = plant::Plant<N, AnyArm<N>, Option<Source<N>>>;
 
 by_joints! {
     /// A plant of any joint count.
@@ -97,8 +97,9 @@ impl PyPlant {
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
-        let callback = each!(&self.plants, Plants, plant => plant.disturbance.callback());
-        callback.map_or(Ok(()), |callback| callback.traverse(visit))
+        each!(&self.plants, Plants, plant => {
+            plant.disturbance.as_ref().map_or(Ok(()), |source| source.traverse(&visit))
+        })
     }
 }
 
@@ -111,7 +112,7 @@ fn plant<const N: usize>(
 where
     Plants: From<Plant<N>>,
 {
-    let disturbance = disturbance.map_or(Ok(AnyDisturbance::NONE), AnyDisturbance::new)?;
+    let disturbance = disturbance.map_or(Ok(None), Source::disturbance)?;
     let mut plant: Plant<N> = plant::Plant::new(PyArm::of(arm)?.any()?.clone(), disturbance);
     if let Some(limit) = effort_limit {
         plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
@@ -132,7 +133,7 @@ fn step<'py, const N: usize>(
     let dt = scalar(dt, "dt")?;
     positive("dt", &[dt]).map_err(value_error)?;
     let next = sim::hold_torque(plant, &motion, &tau, t, dt);
-    if let Some(error) = plant.disturbance.callback().and_then(Callback::raised) {
+    if let Some(error) = plant.disturbance.as_ref().and_then(Source::raised) {
         return Err(error);
     }
     let motion = [next.q.as_slice(), next.dq.as_slice()].concat();

@@ -13,7 +13,7 @@ use super::dispatch::{each, of_joints};
 use super::errors::value_error;
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
-use super::sources::{AnyReference, Callback};
+use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
 use super::tracker::PyComputedTorque;
 use crate::control::{Channel, Width};
@@ -109,15 +109,14 @@ fn simulated<'py, const N: usize>(
     let Tracker { controller, state, latest } = tracker;
     *latest = None;
     let options = settings.options()?;
-    let reference = AnyReference::new(reference)?;
+    let reference = Source::reference(reference)?;
     let run = py.detach(|| {
         sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
     });
     let mut run = run.map_err(value_error)?;
     // All are asked: the plant outlives the run.
-    let [of_reference, of_disturbance] = [reference.callback(), plant.disturbance.callback()]
-        .map(|it| it.and_then(Callback::raised));
-    let raised = match monitor.raised.or(of_reference).or(of_disturbance) {
+    let of_disturbance = plant.disturbance.as_ref().and_then(Source::raised);
+    let raised = match monitor.raised.or(reference.raised()).or(of_disturbance) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };
             None
