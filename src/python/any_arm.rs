@@ -3,7 +3,6 @@
 use pyo3::prelude::*;
 
 use super::dispatch::by_joints;
-use super::errors::read_error;
 use crate::arm::{Arm, JointFriction, JointKind, JointLimits, JointStop, Pose, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
 use crate::robot::Description;
@@ -32,7 +31,7 @@ where
     Chains: From<Serial<N>>,
     Arms: From<AnyArm<N>>,
 {
-    let chain: Serial<N> = description.arm().map_err(read_error)?;
+    let chain: Serial<N> = description.arm()?;
     Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
 }
 

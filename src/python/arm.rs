@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::any_arm::{AnyArm, Arms};
-use super::convert::{Any, Array, Given, finite_vector, written, wrong_type};
+use super::convert::{Any, Array, Given, finite_vector, object, written};
 use super::dispatch::{each, of_joints, other_joints};
 use super::form::{Form, New, PyForm};
 use crate::arm::{Arm, Pose};
@@ -35,8 +35,7 @@ impl PyArm {
 
     /// The argument `arm`.
     pub fn of<'a>(arm: Any<'a, '_>) -> PyResult<&'a Self> {
-        let class = arm.cast::<Self>();
-        Ok(class.map_err(|_| wrong_type("arm", arm, "a TwoLink or a Serial"))?.get())
+        Ok(object::<Self>(arm, "arm", "a TwoLink or a Serial")?.get())
     }
 
     /// For what is made for `N` joints.

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Any, Array, Given, count, flag, matrix, numbers, scalar, word, wrong_shape, wrong_type,
+    Any, Array, Given, count, flag, matrix, numbers, object, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::errors::value_error;
@@ -221,7 +221,7 @@ impl PyFuzzyBasis {
         let mut work = vec![0.0; basis.work_len()];
         let mut xi = vec![0.0; entries];
         for (x, xi) in values.chunks_exact(columns).zip(xi.chunks_exact_mut(basis.rules())) {
-            basis.evaluate(x, &mut work, xi).map_err(value_error)?;
+            basis.evaluate(x, &mut work, xi)?;
         }
         Ok(Array::rows(xi, basis.rules()))
     }
@@ -297,6 +297,5 @@ fn signals(value: Any<'_, '_>) -> PyResult<InputSettings> {
 
 /// A basis that was given as an argument.
 pub(super) fn basis_of(value: Any<'_, '_>) -> PyResult<PyFuzzyBasis> {
-    let basis = value.cast::<PyFuzzyBasis>();
-    Ok(basis.map_err(|_| wrong_type("basis", value, "a FuzzyBasis"))?.get().clone())
+    Ok(object::<PyFuzzyBasis>(value, "basis", "a FuzzyBasis")?.get().clone())
 }

@@ -3,11 +3,11 @@
 //! for several arguments.
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::PyTypeCheck;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 
-use super::errors::value_error;
 use crate::error::{Error, finite};
 use crate::math::{Matrix, Vector};
 
@@ -86,6 +86,15 @@ impl<'py, const D: usize> IntoPyObject<'py> for Array<D> {
 pub(super) struct Numbers {
     pub shape: Vec<usize>,
     pub values: Vec<f64>,
+}
+
+/// An object of a class.
+pub(super) fn object<'a, 'py, T: PyTypeCheck>(
+    value: Any<'a, 'py>,
+    name: &str,
+    wanted: &str,
+) -> PyResult<&'a Bound<'py, T>> {
+    value.cast::<T>().map_err(|_| wrong_type(name, value, wanted))
 }
 
 /// Anything numpy takes for an array of real numbers.
@@ -197,7 +206,7 @@ pub(super) fn finite_vector<const N: usize>(
     name: &'static str,
 ) -> PyResult<Vector<N>> {
     let vector: Vector<N> = vector(value, name)?;
-    finite(name, vector.as_slice()).map_err(value_error)?;
+    finite(name, vector.as_slice())?;
     Ok(vector)
 }
 
@@ -226,7 +235,7 @@ pub(super) fn scalar_or(
 /// A single finite number.
 pub(super) fn finite_scalar(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<f64> {
     let number = scalar(value, name)?;
-    finite(name, &[number]).map_err(value_error)?;
+    finite(name, &[number])?;
     Ok(number)
 }
 
@@ -354,7 +363,7 @@ pub(super) fn written<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let Some(out) = out else { return Ok(array1(py, values).into_any()) };
     let wanted = "a float64 array that can be written to";
-    let array = out.cast::<PyArray1<f64>>().map_err(|_| wrong_type("out", out, wanted))?;
+    let array = object::<PyArray1<f64>>(out, "out", wanted)?;
     if array.len() != values.len() {
         return Err(wrong_shape("out", array.shape(), &format!("({},)", values.len())));
     }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, columns, count, numbers, scalar, wrong_shape, wrong_type};
+use super::convert::{Any, columns, count, numbers, object, scalar, wrong_shape};
 use super::dispatch::each;
 use super::tracked::Trackers;
 use super::tracker::PyComputedTorque;
@@ -19,10 +19,8 @@ pub(super) fn design<'py>(
     disturbance: Any<'_, 'py>,
     inertia_ratio: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tracker = tracker
-        .cast::<PyComputedTorque>()
-        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?
-        .try_borrow()?;
+    let tracker =
+        object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?.try_borrow()?;
     let period = scalar(period, "period")?;
     let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
     let delay_samples = count(delay, "delay", 0)?;

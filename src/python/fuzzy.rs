@@ -8,7 +8,6 @@ use pyo3::prelude::*;
 use super::basis::{PyFuzzyBasis, basis_of, refused};
 use super::convert::{Any, Array, Given, count, matrix, numbers, scalar, scalar_or, wrong_shape};
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
-use super::errors::value_error;
 use super::form::{New, PyForm};
 use super::per_joint::{other_count, per_joint};
 use crate::control::{FuzzyParameters, KernelParameters};
@@ -52,8 +51,7 @@ impl PyFuzzyApproximator {
         }
         let ridge = scalar_or(ridge, 1e-10, "ridge")?;
         let rules = basis.over(inputs)?;
-        let approximator =
-            FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
+        let approximator = FuzzyApproximator::fit(rules, &x, &y, outputs, ridge)?;
         Ok(Self { basis, approximator: approximator.into() })
     }
 
@@ -69,7 +67,7 @@ impl PyFuzzyApproximator {
         if outputs == 0 || columns != rules.rules() {
             return Err(wrong_shape("weights", &[outputs, columns], &wanted));
         }
-        let approximator = FuzzyApproximator::from_weights(rules, weights).map_err(value_error)?;
+        let approximator = FuzzyApproximator::from_weights(rules, weights)?;
         Ok(Self { basis, approximator: approximator.into() })
     }
 
@@ -91,7 +89,7 @@ impl PyFuzzyApproximator {
         if columns != inputs {
             return Err(wrong_shape("x", &[rows, columns], &format!("(samples, {inputs})")));
         }
-        let y = self.approximator.evaluate(&x).map_err(value_error)?;
+        let y = self.approximator.evaluate(&x)?;
         Ok(Array::rows(y, self.approximator.outputs()))
     }
 
@@ -153,14 +151,14 @@ impl PyFuzzyCompensator {
         let basis = PyFuzzyBasis { settings: Arc::new(settings.basis.clone()) };
         let settings = settings.checked().map_err(|error| refused(error, &basis.settings))?;
         let joints = settings.joints().map_err(other_count)?;
-        let kernel = settings.kernel().map_err(value_error)?;
+        let kernel = settings.kernel()?;
         let settings = Arc::new(settings);
         Ok(New(PyForm::under(settings.clone(), Self { basis, joints, kernel, settings })))
     }
 
     /// The core's parameters for `N` joints.
     pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
-        self.settings.parameters().map_err(value_error)
+        Ok(self.settings.parameters()?)
     }
 
     /// The same for the joints of an arm.

@@ -4,7 +4,6 @@ use core::cell::RefCell;
 
 use pyo3::prelude::*;
 
-use super::errors::value_error;
 use super::monitor::Monitor;
 use super::sources::Source;
 use crate::arm::Serial;
@@ -108,5 +107,5 @@ pub(super) fn check<const N: usize>(
     if let Some(error) = reference.raised().or(interrupted) {
         return Err(error);
     }
-    Ok(check.map_err(value_error)?.excesses().copied().collect())
+    Ok(check?.excesses().copied().collect())
 }

@@ -11,7 +11,6 @@ use super::convert::{
     Any, Array, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar,
 };
 use super::dispatch::{by_joints, each, for_joints};
-use super::errors::value_error;
 use super::form::{Objects, PyForm, limits};
 use super::sources::Source;
 use crate::error::{finite, positive};
@@ -115,7 +114,7 @@ where
     let disturbance = disturbance.map_or(Ok(None), Source::disturbance)?;
     let mut plant: Plant<N> = plant::Plant::new(PyArm::of(arm)?.any()?.clone(), disturbance);
     if let Some(limit) = effort_limit {
-        plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
+        plant = plant.with_effort_limit(joints(limit, "effort_limit")?)?;
     }
     Ok(plant.into())
 }
@@ -131,12 +130,12 @@ fn step<'py, const N: usize>(
     let motion = Motion { q: finite_vector(q, "q")?, dq: finite_vector(dq, "dq")? };
     let (tau, t) = (finite_vector(tau, "tau")?, finite_scalar(t, "t")?);
     let dt = scalar(dt, "dt")?;
-    positive("dt", &[dt]).map_err(value_error)?;
+    positive("dt", &[dt])?;
     let next = sim::hold_torque(plant, &motion, &tau, t, dt);
     if let Some(error) = plant.disturbance.as_ref().and_then(Source::raised) {
         return Err(error);
     }
     let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
-    finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
+    finite("disturbance, tau or dt: next motion", &motion)?;
     Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
 }

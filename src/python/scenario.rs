@@ -5,7 +5,6 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::errors::{read_error, value_error};
 use super::form::Fields;
 use super::fuzzy::PyFuzzyCompensator;
 use super::signals::PyMotion;
@@ -18,7 +17,7 @@ use crate::scenario::Scenario;
 pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
     let readings = PyDict::new(py);
     for (name, reading) in [("printed", paper::PRINTED), ("claimed", paper::CLAIMED)] {
-        readings.set_item(name, sections(py, Scenario::paper(reading).map_err(value_error)?)?)?;
+        readings.set_item(name, sections(py, Scenario::paper(reading)?)?)?;
     }
     Ok(readings)
 }
@@ -33,7 +32,7 @@ pub(super) fn paper_settings(py: Python<'_>) -> PyResult<Bound<'_, PyDict>> {
 /// the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
-    sections(py, Scenario::from_toml(text).map_err(read_error)?)
+    sections(py, Scenario::from_toml(text)?)
 }
 
 fn sections(py: Python<'_>, scenario: Scenario) -> PyResult<Bound<'_, PyDict>> {

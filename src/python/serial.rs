@@ -10,7 +10,6 @@ use super::any_arm::{Chains, chain};
 use super::arm::PyArm;
 use super::convert::{Any, Array, Given, columns, finite_vector};
 use super::dispatch::{each, for_joints};
-use super::errors::{read_error, value_error};
 use super::form::{Fields, New};
 use super::limits::PyExcess;
 use super::serial_files::{self, triple};
@@ -165,7 +164,7 @@ impl PySerial {
     #[staticmethod]
     #[pyo3(name = "shipped")]
     fn from_wheel(name: &str) -> PyResult<New<Self>> {
-        Self::new(shipped(name).map_err(read_error)?)
+        Self::new(shipped(name)?)
     }
 
     /// Return the arm as TOML; `from_toml` gives it back, bit for bit.
@@ -365,7 +364,7 @@ impl PySerial {
         let mut y = vec![0.0; width * self.chain.joints()];
         each!(&self.chain, Chains, chain => {
             let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
-            chain.regressor(&q, &dq, &finite_vector(ddq, "ddq")?, &mut y).map_err(value_error)?;
+            chain.regressor(&q, &dq, &finite_vector(ddq, "ddq")?, &mut y)?;
         });
         Ok(Array::rows(y, width))
     }
@@ -373,8 +372,7 @@ impl PySerial {
     /// π, (10n,), of each link: m, m c, moments xx, xy, yy, xz, yz, zz about its origin.
     fn inertial_parameters(&self) -> PyResult<Array<1>> {
         let mut pi = vec![0.0; 10 * self.chain.joints()];
-        each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))
-            .map_err(value_error)?;
+        each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))?;
         Ok(pi.into())
     }
 

@@ -7,9 +7,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
-use super::convert::{Any, Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
+use super::convert::{
+    Any, Numbers, matrix_of, numbers, object, scalar, word, wrong_shape, wrong_type,
+};
 use super::dispatch::MAX_JOINTS;
-use super::errors::read_error;
 use super::saving;
 use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
@@ -40,7 +41,7 @@ pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Descri
         Source::Text(text) => Description::from_urdf_with(&text, options),
         Source::Path(path) => Description::from_urdf_file_with(path, options),
     }
-    .map_err(read_error)
+    .map_err(PyErr::from)
 }
 
 /// What is done about links that no body is stands in the file, unless it is given.
@@ -54,7 +55,7 @@ pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<
         Source::Text(text) => read(&text),
         Source::Path(path) => Description::from_file(path, read),
     }
-    .map_err(read_error)
+    .map_err(PyErr::from)
 }
 
 /// From a table.
@@ -67,7 +68,7 @@ pub(super) fn dh(
 ) -> PyResult<Description> {
     let (gravity, policy) = (gravity(gravity_of)?, unphysical(policy)?.unwrap_or_default());
     let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
-    Description::from_dh_taking(name, &rows, convention, gravity, policy).map_err(read_error)
+    Ok(Description::from_dh_taking(name, &rows, convention, gravity, policy)?)
 }
 
 /// The usual one, unless it is given.
@@ -123,7 +124,7 @@ fn by_link<'py, T>(
     read: impl Fn(Bound<'py, PyAny>, &str) -> PyResult<T>,
 ) -> PyResult<BTreeMap<String, T>> {
     let Some(value) = value else { return Ok(BTreeMap::new()) };
-    let mapping = value.cast::<PyMapping>().map_err(|_| wrong_type(argument, value, wanted))?;
+    let mapping = object::<PyMapping>(value, argument, wanted)?;
     let mut found = BTreeMap::new();
     for item in mapping.items()?.iter() {
         let (key, value) = item.extract::<(Bound<'py, PyAny>, Bound<'py, PyAny>)>()?;

@@ -70,7 +70,7 @@ fn motions<const N: usize>(settings: &MotionSettings) -> PyResult<Motions>
 where
     Motions: From<Motion<N>>,
 {
-    Ok(settings.build::<N>().map_err(value_error)?.into())
+    Ok(settings.build::<N>()?.into())
 }
 
 #[pymethods]

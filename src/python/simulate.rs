@@ -6,11 +6,10 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use super::convert::{
-    Any, Array, Given, columns, count, joints, matrix, matrix_of, numbers, scalar, word,
-    wrong_shape, wrong_type,
+    Any, Array, Given, columns, count, joints, matrix, matrix_of, numbers, object, scalar, word,
+    wrong_shape,
 };
 use super::dispatch::{each, of_joints};
-use super::errors::value_error;
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
@@ -76,10 +75,8 @@ pub(super) fn simulate<'py>(
     let records = [("all", sim::Record::All), ("motion", sim::Record::Motion)];
     let record = word(record, "record", records)?;
     let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
-    let plant = plant.cast::<PyPlant>().map_err(|_| wrong_type("plant", plant, "a Plant"))?;
-    let tracker = tracker
-        .cast::<PyComputedTorque>()
-        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?;
+    let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
+    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
     let mut twin = PyComputedTorque::twin(tracker)?;
     let start = twin.parts(py).1;
     let (plants, monitor) = (&plant.get().plants, Monitor::new(progress));
@@ -113,7 +110,7 @@ fn simulated<'py, const N: usize>(
     let run = py.detach(|| {
         sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
     });
-    let mut run = run.map_err(value_error)?;
+    let mut run = run?;
     // All are asked: the plant outlives the run.
     let of_disturbance = plant.disturbance.as_ref().and_then(Source::raised);
     let raised = match monitor.raised.or(reference.raised()).or(of_disturbance) {
@@ -235,7 +232,7 @@ pub(super) fn metrics<'py>(
         return Err(wrong_shape("window", &numbers_of_window.shape, "(from, to)"));
     };
     let band = scalar(band, "band")?;
-    positive("band", &[band]).map_err(value_error)?;
+    positive("band", &[band])?;
     let t = numbers(t, "t")?.values;
     let (rows, joints, e) = matrix(e, "e", "(T, n)")?;
     if rows != t.len() {

@@ -8,7 +8,6 @@ use pyo3::types::PyTuple;
 use super::any_arm::AnyArm;
 use super::arm::PyArm;
 use super::convert::{Any, Given, joints, scalar, scalar_or};
-use super::errors::value_error;
 use super::form::{self, New};
 use crate::scenario::TwoLinkSettings;
 
@@ -41,7 +40,7 @@ pub(super) struct PyTwoLink {
 impl PyTwoLink {
     /// The arm of these settings.
     pub fn made(settings: TwoLinkSettings) -> PyResult<New<Self>> {
-        let arm = settings.build().map_err(value_error)?;
+        let arm = settings.build()?;
         // A number a joint, however they were said.
         let settings = Arc::new(TwoLinkSettings::from(arm.parameters()));
         let arms = AnyArm::<2>::TwoLink(arm).into();
