@@ -440,7 +440,7 @@ class Serial(Arm):
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
 
 @final
-class Excess:
+class Excess(Settings):
     """A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`."""
 
     def __new__(
@@ -482,7 +482,6 @@ class Excess:
     @property
     def message(self) -> str:
         """All of that in words, as ``str`` gives it."""
-    def __reduce__(self) -> tuple[type[Excess], tuple[Any, ...]]: ...
 
 @final
 class FuzzyBasis(Settings):

@@ -35,8 +35,8 @@ where
     Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
 }
 
-/// The method of the arm inside; for a [`TwoLink`] with the entries of two joints, and what it gives
-/// turned into `N` by `$back`.
+/// A method of the arm inside. A [`TwoLink`] is asked with the entries of two joints, and what it
+/// gives becomes that of `N` by `$back`.
 macro_rules! of_inner {
     ($arm:ident.$method:ident($($x:ident),*), $back:expr) => {
         match $arm {

@@ -244,6 +244,8 @@ macro_rules! fields {
     )*};
 }
 
+pub(super) use fields;
+
 fields! {
     BasisSettings { form, centers, width, normalized, inputs, joints }
     CompensatorSettings {

@@ -1,9 +1,12 @@
 //! A reference against an arm's limits, before it runs.
 
 use core::cell::RefCell;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
+use super::form::{Fields, New, PyForm, fields};
 use super::monitor::Monitor;
 use super::sources::Source;
 use crate::arm::Serial;
@@ -12,7 +15,8 @@ use crate::math::Vector;
 use crate::reference::{Reference, Setpoint};
 
 /// A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`.
-#[pyclass(name = "Excess", module = "steadyarm", frozen, get_all)]
+#[pyclass(name = "Excess", module = "steadyarm", frozen, get_all, extends = PyForm)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyExcess {
     /// Joint, from 0.
     joint: usize,
@@ -35,12 +39,19 @@ pub(super) struct PyExcess {
 }
 
 impl PyExcess {
-    pub fn new(name: String, excess: Excess) -> Self {
+    pub fn new(name: String, excess: Excess) -> New<Self> {
         let Excess { joint, bound, limit, value, time, first, .. } = excess;
         let (by, message) = (excess.by(), format!("joint {name:?}: {excess}"));
-        Self { joint, name, bound: bound.name().into(), limit, value, by, time, first, message }
+        let bound = bound.name().into();
+        Self { joint, name, bound, limit, value, by, time, first, message }.made()
+    }
+
+    fn made(self) -> New<Self> {
+        New(PyForm::under(Arc::new(self.clone()), self))
     }
 }
+
+fields! { PyExcess { joint, name, bound, limit, value, by, time, first, message } }
 
 #[pymethods]
 impl PyExcess {
@@ -56,22 +67,12 @@ impl PyExcess {
         time: f64,
         first: f64,
         message: String,
-    ) -> Self {
-        Self { joint, name, bound, limit, value, by, time, first, message }
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let Self { joint, name, bound, limit, value, by, time, first, message } = slf.get();
-        let arguments = (joint, name, bound, limit, value, by, time, first, message);
-        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?.into_any()))
+    ) -> PyClassInitializer<Self> {
+        Self { joint, name, bound, limit, value, by, time, first, message }.made().0
     }
 
     fn __str__(&self) -> &str {
         &self.message
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Excess({})", self.message)
     }
 }
 

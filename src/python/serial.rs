@@ -326,7 +326,7 @@ impl PySerial {
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
         dt: Given<'_, '_>,
-    ) -> PyResult<Vec<PyExcess>> {
+    ) -> PyResult<Vec<New<PyExcess>>> {
         self.excesses(py, reference, duration, dt)
     }
 

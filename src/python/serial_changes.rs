@@ -139,7 +139,7 @@ impl PySerial {
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
         dt: Given<'_, '_>,
-    ) -> PyResult<Vec<PyExcess>> {
+    ) -> PyResult<Vec<New<PyExcess>>> {
         let times = [scalar(duration, "duration")?, scalar_or(dt, PERIOD, "dt")?];
         let excesses = each!(&self.chain, Chains, chain => check(py, chain, reference, times))?;
         let joints = &self.description.joints;

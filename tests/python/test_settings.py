@@ -45,6 +45,12 @@ def plant(**change: Any) -> sa.Plant:
     return sa.Plant(**(given | change))
 
 
+def excess(**change: Any) -> sa.Excess:
+    given = {"joint": 1, "name": "elbow", "bound": "effort", "limit": 10.0, "value": 12.0}
+    given |= {"by": 2.0, "time": 0.5, "first": 0.25, "message": "too much"}
+    return sa.Excess(**(given | change))
+
+
 def tracker(**change: Any) -> sa.ComputedTorque:
     given = {"arm": two_link(), "kp": (8, 9), "kv": 5.5, "compensator": compensator()}
     return sa.ComputedTorque(**(given | change))
@@ -94,9 +100,18 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (plant, {"disturbance": np.hypot}),
     (plant, {"effort_limit": (30, np.inf)}),
     (plant, {"effort_limit": None}),
+    (excess, {"joint": 0}),
+    (excess, {"name": "wrist"}),
+    (excess, {"bound": "velocity"}),
+    (excess, {"limit": 11.0}),
+    (excess, {"value": 13.0}),
+    (excess, {"by": 3.0}),
+    (excess, {"time": 0.75}),
+    (excess, {"first": 0.125}),
+    (excess, {"message": "far too much"}),
 ]
 NAMES = [f"{make.__name__}-{'-'.join(change)}" for make, change in CHANGES]
-MAKERS = [basis, compensator, sines, quintic, table, two_link, plant]
+MAKERS = [basis, compensator, sines, quintic, table, two_link, plant, excess]
 
 
 @pytest.mark.parametrize("make", MAKERS)
