@@ -98,7 +98,7 @@ pub(super) fn check<const N: usize>(
     reference: &Bound<'_, PyAny>,
     [duration, dt]: [f64; 2],
 ) -> PyResult<Vec<Excess>> {
-    let reference = Source::<N>::reference(reference)?;
+    let reference = Source::<N>::reference(reference, "reference")?;
     let (check, interrupted) = py.detach(|| {
         let monitor = RefCell::new(Monitor::new(None));
         let watched = Watched { reference: &reference, monitor: &monitor };

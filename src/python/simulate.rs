@@ -106,7 +106,7 @@ fn simulated<'py, const N: usize>(
     let Tracker { controller, state, latest } = tracker;
     *latest = None;
     let options = settings.options()?;
-    let reference = Source::reference(reference)?;
+    let reference = Source::reference(reference, "reference")?;
     let run = py.detach(|| {
         sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
     });

@@ -65,8 +65,9 @@ pub(super) enum Source<const N: usize> {
 }
 
 impl<const N: usize> Source<N> {
-    pub fn reference(value: Any<'_, '_>) -> PyResult<Self> {
-        Self::new(value, "reference", "t -> (q_d, dq_d, ddq_d)")
+    /// The argument of this name.
+    pub fn reference(value: Any<'_, '_>, name: &str) -> PyResult<Self> {
+        Self::new(value, name, "t -> (q_d, dq_d, ddq_d)")
     }
 
     pub fn disturbance(value: Any<'_, '_>) -> PyResult<Option<Self>> {
@@ -153,7 +154,7 @@ fn desired<const N: usize>(
     t: &[f64],
     [q, dq]: [&[f64]; 2],
 ) -> PyResult<[Array<2>; 5]> {
-    let (reference, wraps) = (Source::<N>::reference(reference)?, arm.wraps());
+    let (reference, wraps) = (Source::<N>::reference(reference, "reference")?, arm.wraps());
     let mut columns = [(); 5].map(|()| Vec::with_capacity(N * t.len()));
     py.detach(|| {
         for ((t, q), dq) in t.iter().zip(q.chunks_exact(N)).zip(dq.chunks_exact(N)) {

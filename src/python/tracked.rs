@@ -10,6 +10,7 @@ use super::arm::PyArm;
 use super::compensator::{AnyCompensator, Memory, compensator_of};
 use super::convert::{Any, Given, joints};
 use super::dispatch::by_joints;
+use super::errors::value_error;
 use crate::control::{
     self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, State,
 };
@@ -51,7 +52,7 @@ where
     Trackers: From<Tracker<N>>,
 {
     let Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit } = *arguments;
-    let gains = Gains::<N>::new(joints(kp, "kp")?, joints(kv, "kv")?)?;
+    let gains = Gains::<N>::new(joints(kp, "kp")?, joints(kv, "kv")?).map_err(value_error)?;
     let limit = |value: Given<'_, '_>, name| {
         value.map_or(Ok([f64::INFINITY; N]), |value| joints(value, name))
     };
@@ -62,7 +63,7 @@ where
     let compensator = compensator.map_or(Ok(AnyCompensator::None), |it| fuzzy(it, &gains))?;
     let law = ComputedTorque::new(PyArm::of(arm)?.any()?.clone(), gains);
     let state = State::new(compensator.state());
-    let controller = Controller::new(law, compensator).with_limits(limits)?;
+    let controller = Controller::new(law, compensator).with_limits(limits).map_err(value_error)?;
     Ok(Tracker { controller: Arc::new(controller), state, latest: None }.into())
 }
 
@@ -86,10 +87,10 @@ fn fuzzy<const N: usize>(
     Ok(if let Some(kernel) = fuzzy.kernel {
         let basis = fuzzy.basis.kernel_for_arm(N)?;
         let kernel = KernelCompensator::new(basis, gains, parameters, kernel);
-        AnyCompensator::Kernel(Box::new(kernel?))
+        AnyCompensator::Kernel(Box::new(kernel.map_err(value_error)?))
     } else {
         let basis = fuzzy.basis.for_arm(N)?;
-        let fuzzy = FuzzyCompensator::new(basis, gains, parameters)?;
+        let fuzzy = FuzzyCompensator::new(basis, gains, parameters).map_err(value_error)?;
         AnyCompensator::Fuzzy(Box::new(fuzzy))
     })
 }
@@ -131,7 +132,7 @@ impl<const N: usize> Tracker<N> {
         let subject = compensator.subject().ok_or_else(|| {
             PyTypeError::new_err("tracker: got one without a compensator, wants one to report on")
         })?;
-        let report = Report::new(&law.gains, subject, conditions)?;
+        let report = Report::new(&law.gains, subject, conditions).map_err(value_error)?;
         Ok((report.joints.to_vec(), report.findings))
     }
 }
