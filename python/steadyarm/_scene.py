@@ -68,7 +68,7 @@ class Scene:
         arguments = dict(zip(PARAMETERS["ComputedTorque"], tracker, strict=True))
         parts = {
             "steadyarm": VERSION,
-            "joint_names": joint_names(plant.arm, len(arguments["kp"])),
+            "joint_names": joint_names(plant.arm, plant.arm.joints),
             "plant": plant,
             "tracker": {"ComputedTorque": arguments},
             "reference": reference,

@@ -13,7 +13,6 @@ mod form;
 mod fuzzy;
 mod limits;
 mod monitor;
-mod motion;
 mod per_joint;
 mod plant;
 mod riccati;
