@@ -13,6 +13,24 @@ pub type Vector<const N: usize> = nalgebra::SVector<f64, N>;
 /// A square matrix over `N` joints (or `N` states).
 pub type Matrix<const N: usize> = nalgebra::SMatrix<f64, N, N>;
 
+/// Up to so many joints a stage is compiled as a whole, in line with each caller: it then computes
+/// only what its caller uses, and its numbers stay in registers. Written to memory one by one and
+/// read back as a vector, they would miss store forwarding. Beyond, a stage takes far longer than
+/// a call, and all callers share its parts.
+pub(crate) const WHOLE: usize = 2;
+
+/// What `body`, a part of a stage, gives: in line up to [`WHOLE`] joints, and beyond in a copy that
+/// all callers of the function around it share.
+#[inline(always)]
+pub(crate) fn part<const N: usize, T>(body: impl FnOnce() -> T) -> T {
+    if N <= WHOLE { body() } else { apart(body) }
+}
+
+#[inline(never)]
+fn apart<T>(body: impl FnOnce() -> T) -> T {
+    body()
+}
+
 /// Numbers that are worked on side by side, however many a register holds. Rows of weights are
 /// whole multiples of this long.
 pub(crate) const LANES: usize = 8;

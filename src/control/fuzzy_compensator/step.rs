@@ -9,10 +9,7 @@ use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, St
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::flush;
-use crate::math::{Runs, Shared, Vector};
-
-/// Up to so many joints a stage is compiled as a whole.
-const WHOLE: usize = 2;
+use crate::math::{Runs, Shared, Vector, WHOLE};
 
 /// Denormal weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
