@@ -77,7 +77,7 @@ fn step_with<const N: usize, A: Arm<N> + Copy>(
     for (q, dq, desired) in samples.iter().cycle().step_by(7).take(capacity) {
         filling.step(&mut state, q, dq, desired, PERIOD).unwrap();
     }
-    assert_eq!(state.compensator.atoms(), capacity);
+    assert_eq!(filling.settle(&mut state).atoms(), capacity);
     let controller = match fate {
         Fate::Merged => &merging,
         Fate::Dropping => &filling,

@@ -26,7 +26,7 @@ pub fn main() -> steadyarm::Result<()> {
     for (name, learning) in [("learning off", false), ("learning on", true)] {
         let mut state = State::new(controller.compensator.state());
         if !learning {
-            state.compensator.freeze(); // at zero: computed torque alone
+            controller.settle(&mut state).freeze(); // at zero: computed torque alone
         }
         let options = Options { duration: 20.0, ..Default::default() };
         let run = simulate(&plant, &controller, &mut state, &path, &options, |_| Continue(()))?;

@@ -30,7 +30,7 @@ pub fn main() -> Result<(), Box<dyn Error>> {
     for (name, learning) in [("learning off", false), ("learning on", true)] {
         let mut state = State::new(controller.compensator.state());
         if !learning {
-            state.compensator.freeze()
+            controller.settle(&mut state).freeze()
         }
         let run = simulate(&plant, &controller, &mut state, &path, &options, |_| Continue(()))?;
         let e = run.e[4000].map(|e| format!("{:7.3}", 1e3 * e.abs())).join(" ");

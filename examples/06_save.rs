@@ -30,8 +30,8 @@ pub fn main() -> Result<(), Box<dyn Error>> {
 
     run("new:", &mut learnt, 40.0)?;
     let file = temp_dir().join(format!("learnt_{}.bin", process::id()));
-    fs::write(&file, controller.compensator.save(&learnt))?;
-    controller.compensator.restore(&mut restored, &fs::read(&file)?)?;
+    fs::write(&file, controller.save(&learnt))?;
+    controller.restore(&mut restored, &fs::read(&file)?)?;
     fs::remove_file(&file)?;
     run("goes on:", &mut learnt, 5.0)?;
     Ok(run("restored:", &mut restored, 5.0)?)

@@ -92,6 +92,11 @@ pub(crate) fn fnv(start: u64, bytes: &[u8]) -> u64 {
         .fold(start, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
 }
 
+/// FNV-1a of the bits of more numbers; both zeros are the same.
+pub(crate) fn fnv_of(start: u64, values: impl IntoIterator<Item = f64>) -> u64 {
+    values.into_iter().fold(start, |hash, x| fnv(hash, &(x + 0.0).to_bits().to_le_bytes()))
+}
+
 /// x plus or minus the turns that bring it into [−π, π); as it is, to the bit, where it lies there.
 /// Exact for turns of the f64 next to 2π.
 #[inline]
@@ -110,6 +115,39 @@ fn brought_around(x: f64) -> f64 {
 #[inline]
 pub fn tanh(x: f64) -> f64 {
     libm::tanh(x)
+}
+
+/// What is smaller than these is zero, so that no product of a step is a subnormal number, with
+/// which a processor is many times slower. With signals of 1e-30, s and dt make terms of 1e-50;
+/// with the two factors of a firing strength, 1e-45 each, they change weights by 1e-140, whose
+/// squares are normal. All of them are far below what a signal, rule or weight can mean.
+pub(crate) const TINY_SIGNAL: f64 = 1e-30;
+pub(crate) const TINY_STRENGTH: f64 = 1e-45;
+pub(crate) const TINY_TERM: f64 = 1e-50;
+pub(crate) const TINY_ESTIMATE: f64 = 1e-100;
+pub(crate) const TINY_WEIGHT: f64 = 1e-120;
+/// The same for ξ(x)·ξ(y), and for squared norms.
+pub(crate) const TINY_KERNEL: f64 = 1e-120;
+pub(crate) const TINY_SQUARE: f64 = 1e-200;
+
+/// x, or 0 where |x| is smaller than `least`.
+#[inline(always)]
+pub(crate) fn unless_tiny(x: f64, least: f64) -> f64 {
+    if x.abs() < least { 0.0 } else { x }
+}
+
+/// The same in every lane.
+#[inline(always)]
+pub(crate) fn lanes_unless_tiny<S: Simd>(simd: S, x: S::f64s, least: f64) -> S::f64s {
+    let tiny = simd.less_than_f64s(simd.abs_f64s(x), simd.splat_f64s(least));
+    simd.select_f64s(tiny, simd.splat_f64s(0.0), x)
+}
+
+/// e^(−x) for x ≥ 0, or 0 below [`TINY_TERM`].
+#[inline]
+pub(crate) fn decay(x: f64) -> f64 {
+    const LARGEST: f64 = 115.0;
+    if x > LARGEST { 0.0 } else { exp(-x) }
 }
 
 /// √x, correctly rounded.

@@ -652,9 +652,10 @@ class ComputedTorque:
     ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint of
     ``arm`` is continuous, e is taken around the circle, -π <= e < π.
 
-    The object remembers its weights, its last torque and the number of its steps. Pickled or saved
-    and restored, its next torques are the same to the bit. What remembers is equal to itself alone;
-    ``copy.replace(tracker, kp=9.0)`` is another, before its first step.
+    The object remembers its weights, its last torque, the number of its steps, and the period that
+    is going on. Pickled or saved and restored, its next torques are the same to the bit. What
+    remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+    first step.
 
     Parameters
     ----------
@@ -664,7 +665,10 @@ class ComputedTorque:
     compensator: produces ρ̂; None for plain computed torque.
     effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
     effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
-        simulations only.
+        simulations only. It counts from the torque commanded last.
+    last_tau: the torque that is on the robot when the controller takes over [N·m], scalar or (n,),
+        at most 1e10: what the rate limit of the first sample counts from. None: what holds ``arm``
+        at rest there.
 
     Raises
     ------
@@ -682,6 +686,7 @@ class ComputedTorque:
         compensator: FuzzyCompensator | None = None,
         effort_limit: ArrayLike | None = None,
         effort_rate_limit: ArrayLike | None = None,
+        last_tau: ArrayLike | None = None,
     ) -> ComputedTorque: ...
     def step(
         self,
@@ -691,17 +696,28 @@ class ComputedTorque:
         dq_d: ArrayLike,
         ddq_d: ArrayLike,
         dt: float,
+        applied: ArrayLike | None = None,
     ) -> _Array:
         """One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
 
         ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
-        ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits. Raises ValueError or
-        TypeError naming what does not fit; nothing has changed then, bit for bit.
+        ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits.
+
+        A step first ends the period of the one before, and learns from it, then decides.
+        ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive
+        let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
+        is learnt from a period in which it differs from what the law asked for, by whatever
+        little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
+        step it says nothing.
+
+        Raises ValueError or TypeError naming what does not fit; nothing has changed then, bit for
+        bit. For ``tau``, a torque that would be infinite, the period before has ended.
         """
-    def reset(self) -> None:
+    def reset(self, last_tau: ArrayLike | None = None) -> None:
         """Forget everything: weights, prior, last torque, count of steps.
 
-        The tracker is then as a new one, to the bit, and not frozen.
+        The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
+        is on the robot now [N·m], scalar or (n,); None: as it was built.
         """
     @property
     def tau_model(self) -> _Array | None:
@@ -714,7 +730,7 @@ class ComputedTorque:
         """ρ̂ of the latest step [rad/s²], (n,); None before it."""
     @property
     def limited(self) -> bool:
-        """Whether a limit cut the latest torque; nothing was learnt then."""
+        """Whether a limit cut the latest torque; nothing is learnt from its period then."""
     @property
     def steps(self) -> int:
         """Number of samples accepted."""
@@ -737,10 +753,11 @@ class ComputedTorque:
     def weights(self) -> _Array | None:
         """W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
 
-        Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for
-        a wrong shape or entries that are not finite or beyond 1e150, TypeError without a
-        compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
-        TypeError.
+        What the latest period taught is in it, as if the torque of `step` acted; the next step may
+        still tell another one. Assign to set it: adaptation goes on from there, without a prior W₀.
+        Raises ValueError for a wrong shape, entries that are not finite or beyond 1e150, or weights
+        beyond the ``projection_radius``; TypeError without a compensator. With a ``dictionary``
+        there is no such matrix: reading and setting raise TypeError.
         """
     @weights.setter
     def weights(self, weights: ArrayLike) -> None: ...
@@ -763,16 +780,19 @@ class ComputedTorque:
     def frozen(self) -> bool:
         """Whether adaptation is stopped."""
     def save(self, path: str | PathLike[str]) -> None:
-        """Write what the controller remembers (weights, last torque, steps) to a file.
+        """Write what the controller remembers (weights, last torque, latest period) to a file.
 
         The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
         fails; what was there stays then. Other threads may use the controller meanwhile.
         """
-    def load(self, path: str | PathLike[str]) -> None:
+    def load(self, path: str | PathLike[str], other: bool = False) -> None:
         """Read what `save` wrote; the next torques are then the same to the bit.
 
-        Raises ValueError for a damaged file, or one of another version or controller, and OSError
-        if the file cannot be read; nothing has changed then.
+        Raises ValueError for a damaged file, or one of a controller with another nominal arm, other
+        gains, another compensator or other sets, which it names, and OSError if the file cannot be
+        read; nothing has changed then. ``other=True`` takes the state of another controller of the
+        same size all the same: you know that its weights are right here. A file of version 1 does
+        not say whose it is, and is taken with a UserWarning.
         """
     def __getstate__(self) -> bytes: ...
     def __setstate__(self, bytes: bytes) -> None: ...

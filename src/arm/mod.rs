@@ -26,7 +26,7 @@ pub use serial::{
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 
-use crate::math::{FNV_START, Matrix, Vector, fnv};
+use crate::math::{FNV_START, Matrix, Vector, fnv_of};
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///
@@ -145,11 +145,10 @@ pub trait Arm<const N: usize> {
     /// poses, in motion. An arm has the same number on every machine. Arms that differ in M or H
     /// have different numbers, except by accident.
     fn fingerprint(&self) -> u64 {
-        let add = |hash, x: &f64| fnv(hash, &(x + 0.0).to_bits().to_le_bytes());
         [1.0, -0.6].into_iter().fold(FNV_START, |hash, sign| {
             let q = Vector::from_fn(|joint, _| sign * (0.3 + 0.4 * joint as f64));
             let (mass, bias) = self.mass_matrix_and_bias(&q, &q.map(|x| 1.1 - x));
-            mass.iter().chain(bias.iter()).fold(hash, add)
+            fnv_of(hash, mass.iter().chain(bias.iter()).copied())
         })
     }
 }

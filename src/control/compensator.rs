@@ -47,6 +47,16 @@ pub trait Compensator<const N: usize, S> {
     /// torque was [limited](Applied::limited).
     fn acted(&self, state: &mut S, index: usize, sample: &Sample<N>, applied: &Applied<N>);
 
+    /// Before anything of a sampled controller's step changes: whether the state can be finite at
+    /// the end of a period of `dt` \[s\] that starts with this sample. By default it can.
+    ///
+    /// # Errors
+    /// Naming what would not be finite, such as `weights`.
+    #[inline]
+    fn admit(&self, _state: &S, _sample: &Sample<N>, _dt: f64) -> Result<()> {
+        Ok(())
+    }
+
     /// Moves the state to the end of the step, from the recorded rates.
     ///
     /// # Errors

@@ -8,7 +8,7 @@
 use super::{Demand, Law, Sample};
 use crate::arm::{Arm, JointFriction};
 use crate::error::{Result, positive};
-use crate::math::Vector;
+use crate::math::{FNV_START, Vector, fnv_of};
 
 /// Feedback gains of each joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,5 +81,11 @@ impl<const N: usize, A: Arm<N>> Law<N> for ComputedTorque<N, A> {
     /// That of the nominal arm. Gains may differ: ρ does not depend on them.
     fn fingerprint(&self) -> u64 {
         self.arm.fingerprint()
+    }
+
+    /// FNV-1a of the gains.
+    fn tuning(&self) -> u64 {
+        let Gains { kp, kv } = self.gains;
+        fnv_of(fnv_of(FNV_START, kp), kv)
     }
 }

@@ -2,17 +2,23 @@
 //! every stage of an integrator.
 //!
 //! ```text
-//! seen = (q, q̇, q_d, e, ė)     ρ̂ = estimate(seen)     τ_asked = law(seen, ρ̂)
-//! τ = limited(τ_asked)         acted(τ, τ_asked)
+//! period k − 1 ends:      acted(τ_applied, τ_asked)     advance(dt)
+//! period k is decided:    seen = (q, q̇, q_d, e, ė)      ρ̂ = estimate(seen)
+//!                         τ_asked = law(seen, ρ̂)        τ = limited(τ_asked)
 //! ```
+//!
+//! This is the one hold rule: a step first ends the period before with the torque that acted in it,
+//! by default the one that was commanded, and then decides.
 
-use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage};
-use crate::error::{Error, Result, within};
-use crate::math::Vector;
+use super::state::{IMPOSSIBLE, Pending, check_torque};
+use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage, State};
+use crate::error::{Error, Result, finite, within};
+use crate::math::{TINY_SIGNAL, Vector, unless_tiny};
 use crate::reference::Setpoint;
 
-/// Measurements and set-points beyond this are impossible for an arm, as in MuJoCo.
-const IMPOSSIBLE: f64 = 1e10;
+/// Positions beyond this are refused: sine and cosine of such angles have few right digits left,
+/// and take many times as long.
+const FARTHEST: f64 = 1e5;
 
 /// Periods of a sampled controller \[s\].
 const SHORTEST_PERIOD: f64 = 1e-9;
@@ -31,7 +37,7 @@ pub struct Command<const N: usize> {
     pub v: Vector<N>,
     /// ρ̂ [rad/s²].
     pub rho_hat: Vector<N>,
-    /// Whether a limit cut the torque; nothing was learnt then.
+    /// Whether a limit cut the torque; nothing is learnt in its period then.
     pub limited: bool,
 }
 
@@ -40,24 +46,6 @@ impl<const N: usize> Command<N> {
     #[inline(always)]
     pub fn applied(&self, tau: &Vector<N>) -> Applied<N> {
         Applied { asked: self.model + self.compensation, tau: *tau }
-    }
-}
-
-/// What a controller remembers between samples.
-#[derive(Clone, Debug, PartialEq)]
-pub struct State<const N: usize, S = ()> {
-    /// The compensator's state.
-    pub compensator: S,
-    /// The torque applied last [N·m], for the rate limit.
-    pub last_tau: Option<Vector<N>>,
-    /// Number of samples accepted.
-    pub steps: u64,
-}
-
-impl<const N: usize, S> State<N, S> {
-    /// A controller's state before its first sample.
-    pub fn new(compensator: S) -> Self {
-        Self { compensator, last_tau: None, steps: 0 }
     }
 }
 
@@ -95,24 +83,30 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Sample::wrapped(*q, *dq, *desired, &self.law.wraps())
     }
 
-    /// Forgets everything: the state is then as a new one, to the bit.
+    /// Forgets everything: the state is then as a new one, to the bit. If a torque is on the robot,
+    /// say so by [`State::take_over`] afterwards.
     pub fn reset<S>(&self, state: &mut State<N, S>)
     where
         C: Compensator<N, S>,
     {
-        let State { compensator, last_tau, steps } = state;
+        let State { compensator, last_tau, steps, pending } = state;
         self.compensator.reset(compensator);
-        (*last_tau, *steps) = (None, 0);
+        (*last_tau, *steps, *pending) = (None, 0, None);
     }
 
-    /// One sample of the controller: the torque for this instant, and the adaptation over the
-    /// period `dt` \[s\] that it will be held for. Allocates nothing and cannot panic.
+    /// One sample of the controller: ends the period before with the torque that it commanded, then
+    /// decides the torque to hold for `dt` \[s\]. Allocates nothing and cannot panic.
+    ///
+    /// Where the drive may have let through another torque, tell it by
+    /// [`step_after`](Self::step_after).
     ///
     /// # Errors
-    /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1
-    /// s. `tau`, and what the compensator names, such as `weights`: the result would not be finite.
-    /// After any error, all that later steps depend on is bit for bit as before. Scratch memory may
-    /// differ after a result was refused.
+    /// `q`, `q_d`: not finite, or beyond 1e5 rad. `dq`, `dq_d`, `ddq_d`: not finite, or beyond 1e10.
+    /// `dt`: not between 1 ns and 1 s. What the compensator names, such as `weights`: they could not
+    /// be finite at the end of the period. Nothing has changed then, bit for bit. `resting_torque`,
+    /// `tau`: the law's result is not finite. For `tau` the period before has ended, as told; all
+    /// else is as it was.
+    #[inline]
     pub fn step<S>(
         &self,
         state: &mut State<N, S>,
@@ -124,23 +118,111 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     where
         C: Compensator<N, S>,
     {
+        self.step_after(state, None, q, dq, desired, dt)
+    }
+
+    /// The same, told the torque `applied` [N·m] that acted since the last step: what the drive let
+    /// through. `None`: what was commanded. Where it differs from what the law asked for, by
+    /// whatever little, nothing is learnt in that period: a measured torque with its noise is not
+    /// what is wanted here. Without a pending period it says nothing, as before the first step.
+    ///
+    /// The rate limit counts from the torque commanded last, whatever became of it.
+    ///
+    /// A period that would not end in finite numbers, with this torque, is left out: nothing is
+    /// learnt from it. [`end_period`](Self::end_period) tells.
+    ///
+    /// # Errors
+    /// As [`step`](Self::step). `applied`: not finite, or beyond 1e10; nothing has changed then.
+    #[inline]
+    pub fn step_after<S>(
+        &self,
+        state: &mut State<N, S>,
+        applied: Option<&Vector<N>>,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        desired: &Setpoint<N>,
+        dt: f64,
+    ) -> Result<Command<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        check_applied(applied)?;
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
-        let sample = self.sample(q, dq, desired);
+        let sample = self.sample(&felt(q), &felt(dq), &desired_felt(desired));
+        self.compensator.admit(&state.compensator, &sample, dt)?;
+        let last = self.last_tau(state, q)?;
+        // What cannot end is left out.
+        _ = self.end(state, applied);
         let mut command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
         if let Some(n) = command.tau.iter().position(|tau| !tau.is_finite()) {
             return Err(Error::not_finite("tau", command.tau[n]).at(n));
         }
-        if let Some(last) = &state.last_tau {
+        if let Some(last) = &last {
             command.tau = self.limits.clamp_after(last, &command.tau, dt);
         }
         let applied = command.applied(&command.tau);
         command.limited = applied.limited();
-        self.compensator.acted(&mut state.compensator, 0, &sample, &applied);
-        self.compensator.advance(&mut state.compensator, &Stage::after(dt))?;
-        state.last_tau = Some(command.tau);
-        state.steps += 1;
+        state.pending = Some(Pending { sample, applied, dt });
+        state.last_tau = Some(command.tau.map(|tau| tau.clamp(-IMPOSSIBLE, IMPOSSIBLE)));
+        state.steps = state.steps.saturating_add(1);
         Ok(command)
+    }
+
+    /// Ends the period that the last step decided on, if that is pending, with the torque `applied`
+    /// [N·m]; `None`: with what was commanded. The next step does so itself.
+    ///
+    /// # Errors
+    /// `applied`: not finite, or beyond 1e10; the period is then still pending. What the
+    /// compensator names, such as `weights`: they would not be finite. The period has ended then,
+    /// and nothing was learnt from it.
+    #[inline]
+    pub fn end_period<S>(&self, state: &mut State<N, S>, applied: Option<&Vector<N>>) -> Result<()>
+    where
+        C: Compensator<N, S>,
+    {
+        check_applied(applied)?;
+        self.end(state, applied)
+    }
+
+    #[inline(always)]
+    fn end<S>(&self, state: &mut State<N, S>, applied: Option<&Vector<N>>) -> Result<()>
+    where
+        C: Compensator<N, S>,
+    {
+        let Some(Pending { sample, applied: commanded, dt }) = state.pending.take() else {
+            return Ok(());
+        };
+        let tau = applied.copied().unwrap_or(commanded.tau);
+        let acted = Applied { tau, ..commanded };
+        self.compensator.acted(&mut state.compensator, 0, &sample, &acted);
+        self.compensator.advance(&mut state.compensator, &Stage::after(dt))
+    }
+
+    /// Ends the period that is pending, if any, with the torque that was commanded, and gives the
+    /// compensator's state: to read or set its weights, to freeze it.
+    ///
+    /// What the next step tells of that period is then too late.
+    pub fn settle<'s, S>(&self, state: &'s mut State<N, S>) -> &'s mut S
+    where
+        C: Compensator<N, S>,
+    {
+        // What cannot end is left out.
+        _ = self.end(state, None);
+        &mut state.compensator
+    }
+
+    /// What the rate limit counts from: the torque commanded last, or the torque at take-over.
+    #[inline]
+    fn last_tau<S>(&self, state: &State<N, S>, q: &Vector<N>) -> Result<Option<Vector<N>>> {
+        match state.last_tau {
+            None if self.limits.limits_rate() => {
+                let resting = self.law.resting_torque(q);
+                finite("resting_torque", resting.as_slice())?;
+                Ok(Some(resting))
+            }
+            last => Ok(last),
+        }
     }
 
     /// The torque at one stage of a step, inside the effort limit. The caller who applies it tells
@@ -159,22 +241,40 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     }
 }
 
+/// A signal whose entries are zero where they are too small to mean anything.
+#[inline(always)]
+fn felt<const N: usize>(signal: &Vector<N>) -> Vector<N> {
+    signal.map(|x| unless_tiny(x, TINY_SIGNAL))
+}
+
+#[inline(always)]
+fn desired_felt<const N: usize>(desired: &Setpoint<N>) -> Setpoint<N> {
+    let Setpoint { q, dq, ddq } = desired;
+    Setpoint { q: felt(q), dq: felt(dq), ddq: felt(ddq) }
+}
+
 /// Refuses periods that are too short or too long for a sampled controller.
 pub(crate) fn check_period(parameter: &'static str, period: f64) -> Result<()> {
     let possible = |dt: f64| (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
     within(parameter, &[period], possible, "a period between 1e-9 and 1 s")
 }
 
-fn check_sample<const N: usize>(
+fn check_applied<const N: usize>(applied: Option<&Vector<N>>) -> Result<()> {
+    applied.map_or(Ok(()), |tau| check_torque("applied", tau))
+}
+
+pub(super) fn check_sample<const N: usize>(
     q: &Vector<N>,
     dq: &Vector<N>,
     desired: &Setpoint<N>,
 ) -> Result<()> {
+    let turns = |x: f64| x.abs() <= FARTHEST;
+    let near = "a position of at most 1e5 rad or m; take whole turns away";
+    within("q", q.as_slice(), turns, near)?;
+    within("q_d", desired.q.as_slice(), turns, near)?;
     let possible = |x: f64| x.abs() <= IMPOSSIBLE;
     let wanted = "a value an arm can have (at most 1e10)";
-    within("q", q.as_slice(), possible, wanted)?;
     within("dq", dq.as_slice(), possible, wanted)?;
-    within("q_d", desired.q.as_slice(), possible, wanted)?;
     within("dq_d", desired.dq.as_slice(), possible, wanted)?;
     within("ddq_d", desired.ddq.as_slice(), possible, wanted)
 }

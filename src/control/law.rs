@@ -38,6 +38,12 @@ pub trait Law<const N: usize> {
     fn fingerprint(&self) -> u64 {
         0
     }
+
+    /// A number for the law's parameters beside its model, as a rule the feedback gains. With
+    /// others, the error says something else to what learns from it. The default is 0.
+    fn tuning(&self) -> u64 {
+        0
+    }
 }
 
 /// What a law asks for: the torque in its parts, before any limit.

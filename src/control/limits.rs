@@ -27,6 +27,12 @@ impl<const N: usize> Limits<N> {
         accepted("effort_rate_limit", &self.effort_rate_limit, |limit| limit > 0.0, wanted)
     }
 
+    /// Whether the change of any torque is limited.
+    #[inline]
+    pub fn limits_rate(&self) -> bool {
+        self.effort_rate_limit.iter().any(|limit| limit.is_finite())
+    }
+
     /// The nearest torque inside the effort limit.
     #[inline]
     pub fn clamp(&self, tau: &Vector<N>) -> Vector<N> {

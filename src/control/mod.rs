@@ -20,9 +20,9 @@ mod law;
 mod limits;
 mod memory;
 mod sample;
-#[cfg(feature = "std")]
 mod saved;
 mod stages;
+mod state;
 mod update;
 
 pub use adaptation::Adaptation;
@@ -31,7 +31,7 @@ pub use compensator::{Audit, Compensator, NoCompensation, Stage};
 pub use computed_torque::{ComputedTorque, Gains};
 #[cfg(feature = "std")]
 pub(crate) use controller::check_period;
-pub use controller::{Command, Controller, State};
+pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
 pub use inputs::{Inputs, Signal};
@@ -40,5 +40,7 @@ pub use law::{Applied, Demand, Law};
 pub use limits::Limits;
 pub use memory::Buffer;
 pub use sample::Sample;
+pub use saved::{Origin, Saves};
 pub use stages::MAX_STAGES;
+pub use state::State;
 pub use update::FuzzyParameters;

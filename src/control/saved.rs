@@ -1,177 +1,322 @@
 //! A controller's memory as bytes: versioned, checksummed, and exact to the bit.
 //!
-//! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps,
-//! advances · last torque · W − W₀ · W₀ · |W − W₀|² of each joint · FNV-1a checksum of all that. A
-//! dictionary takes the place of the weights in the kernel form.
+//! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances ·
+//! last torque · fingerprints of arm, gains, compensator, basis · the pending period, if there is
+//! one: dt, torque asked for and commanded, q, q̇, q_d, q̇_d, q̈_d · the compensator's part ·
+//! FNV-1a checksum of all that. Version 1 has neither fingerprints nor a pending period.
+//!
+//! Nothing is allocated: bytes are written as they come, and read in two passes. The first pass
+//! checks all there is, the second one cannot fail.
 
-use super::{FuzzyCompensator, FuzzyState, State};
+use super::controller::{check_period, check_sample};
+use super::state::{IMPOSSIBLE, Pending};
+use super::{Applied, Compensator, Controller, Law, NoCompensation, Sample, Stage, State};
 use crate::error::{Error, Result, length};
 use crate::math::{FNV_START, Vector, fnv};
+use crate::reference::Setpoint;
 
-const MAGIC: &[u8; 12] = b"steadyarm\0\0\x01";
-pub(super) const FROZEN: u64 = 1;
-const PRIOR: u64 = 2;
+const MAGIC: &[u8; 11] = b"steadyarm\0\0";
+const VERSION: u8 = 2;
+
+/// Flags of every controller; those of a compensator are its own.
 const TORQUE: u64 = 4;
-/// A dictionary, with its sets instead of the rules.
-pub(super) const KERNEL: u64 = 8;
-/// The norms of the weights. They are stored because adding them up again, in another order than a
-/// step does, would change their last bits.
-const NORMS: u64 = 16;
+const PENDING: u64 = 32;
 
-impl<const N: usize> State<N, ()> {
-    /// The state of a controller without a compensator as bytes.
-    pub fn save(&self) -> Vec<u8> {
-        sealed(header(self, 0, 0, 0))
-    }
+/// Counters are below this, so that none can wrap.
+pub(super) const MAX_COUNT: u64 = 1 << 62;
 
-    /// Restores what [`save`](Self::save) wrote, bit for bit.
+/// Who wrote a saved state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A controller with the same arm, gains, compensator and basis.
+    Same,
+    /// One that differs in some of them.
+    Other,
+    /// Not known: the file is of version 1, which does not say.
+    Unknown,
+}
+
+/// A compensator whose state can be saved and restored, to the bit.
+pub trait Saves<const N: usize, S>: Compensator<N, S> {
+    /// All flags that [`flags`](Self::flags) may set; 4 and 32 are taken.
+    fn known_flags(&self) -> u64;
+
+    /// What the entries are called that [`size`](Self::size) counts.
+    fn entries(&self) -> &'static str;
+
+    /// The size of its memory.
+    fn size(&self) -> usize;
+
+    /// Fingerprints of what gives the memory its meaning: of the update law, and of the basis.
+    fn fingerprints(&self) -> [u64; 2];
+
+    /// What there is in its part.
+    fn flags(&self, state: &S) -> u64;
+
+    /// A counter of its own.
+    fn advances(&self, state: &S) -> u64;
+
+    /// Writes its part, in numbers of eight bytes.
+    fn write(&self, state: &S, put: &mut dyn FnMut(&[u8]));
+
+    /// Checks a part that claims to have these flags, whole.
     ///
     /// # Errors
-    /// As [`FuzzyCompensator::restore`].
-    pub fn restore(bytes: &[u8]) -> Result<Self> {
-        let mut reader = Reader::open(bytes)?;
-        let header = reader.header::<N>(0, 0)?;
-        if !reader.rest.is_empty() {
-            return Err(OTHER);
-        }
-        let Header { steps, last_tau, .. } = header;
-        Ok(Self { compensator: (), last_tau, steps })
-    }
+    /// [`Damaged`](crate::Problem::Damaged), and what names a size or a value.
+    fn check(&self, flags: u64, part: &[u8]) -> Result<()>;
+
+    /// Takes a part that was checked.
+    fn take(&self, state: &mut S, flags: u64, advances: u64, part: &[u8]);
 }
 
-impl<const N: usize> FuzzyCompensator<N> {
-    /// The controller's state as bytes.
-    pub fn save(&self, state: &State<N, FuzzyState<N, Vec<f64>>>) -> Vec<u8> {
-        let fuzzy = &state.compensator;
-        let flags = if fuzzy.frozen { FROZEN } else { 0 } | if fuzzy.prior { PRIOR } else { 0 };
-        let rules = self.basis().block_rules();
-        let mut bytes = header(state, rules, flags | NORMS, fuzzy.advances);
-        for matrix in 0..if fuzzy.prior { 2 } else { 1 } {
-            let mut weights = vec![0.0; self.weights_len()];
-            self.read_matrix(fuzzy, matrix, &mut weights);
-            weights.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-        }
-        fuzzy.norms.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-        sealed(bytes)
+impl<const N: usize> Saves<N, ()> for NoCompensation {
+    fn known_flags(&self) -> u64 {
+        0
     }
 
-    /// Restores what [`save`](Self::save) wrote, bit for bit.
+    fn entries(&self) -> &'static str {
+        "rules"
+    }
+
+    fn size(&self) -> usize {
+        0
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        [0; 2]
+    }
+
+    fn flags(&self, (): &()) -> u64 {
+        0
+    }
+
+    fn advances(&self, (): &()) -> u64 {
+        0
+    }
+
+    fn write(&self, (): &(), _: &mut dyn FnMut(&[u8])) {}
+
+    fn check(&self, _: u64, part: &[u8]) -> Result<()> {
+        Numbers(part).end()
+    }
+
+    fn take(&self, (): &mut (), _: u64, _: u64, _: &[u8]) {}
+}
+
+impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
+    /// The state as bytes; what is pending is a part of it.
+    #[cfg(feature = "std")]
+    pub fn save<S>(&self, state: &State<N, S>) -> Vec<u8>
+    where
+        C: Saves<N, S>,
+    {
+        let mut bytes = Vec::new();
+        self.save_to(state, &mut |more| bytes.extend_from_slice(more));
+        bytes
+    }
+
+    /// The same, handed to `put` piece by piece.
+    pub fn save_to<S>(&self, state: &State<N, S>, put: &mut dyn FnMut(&[u8]))
+    where
+        C: Saves<N, S>,
+    {
+        let mut sum = FNV_START;
+        let mut all = |bytes: &[u8]| {
+            sum = fnv(sum, bytes);
+            put(bytes);
+        };
+        let State { compensator: own, last_tau, steps, pending } = state;
+        let compensator = &self.compensator;
+        let mut flags = compensator.flags(own);
+        flags |= if last_tau.is_some() { TORQUE } else { 0 };
+        flags |= if pending.is_some() { PENDING } else { 0 };
+        all(MAGIC);
+        all(&[VERSION]);
+        let counts = [N as u64, compensator.size() as u64, flags, *steps];
+        counts.iter().for_each(|count| all(&count.to_le_bytes()));
+        all(&compensator.advances(own).to_le_bytes());
+        put_all(&mut all, last_tau.unwrap_or_else(Vector::zeros).as_slice());
+        self.fingerprints().iter().for_each(|print| all(&print.to_le_bytes()));
+        if let Some(Pending { sample, applied, dt }) = pending {
+            let Sample { q, dq, desired, .. } = sample;
+            put_all(&mut all, &[*dt]);
+            let Applied { asked, tau } = applied;
+            for vector in [asked, tau, q, dq, &desired.q, &desired.dq, &desired.ddq] {
+                put_all(&mut all, vector.as_slice());
+            }
+        }
+        compensator.write(own, &mut all);
+        put(&sum.to_le_bytes());
+    }
+
+    /// Restores what [`save`](Self::save) wrote, bit for bit: [`Origin::Same`], or
+    /// [`Origin::Unknown`] for a file of version 1.
     ///
     /// # Errors
-    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or written by another
-    /// version; `joints`, `rules`: the state of another controller. The state is then as before.
-    pub fn restore(
-        &self,
-        state: &mut State<N, FuzzyState<N, Vec<f64>>>,
-        bytes: &[u8],
-    ) -> Result<()> {
-        let mut reader = Reader::open(bytes)?;
-        let header = reader.header::<N>(self.basis().block_rules(), 0)?;
-        let weights = reader.floats(self.weights_len())?;
-        let has_prior = header.flags & PRIOR != 0;
-        let prior = if has_prior { reader.floats(self.weights_len())? } else { Vec::new() };
-        // Older files, which have no norms, are read too.
-        let has_norms = header.flags & NORMS != 0;
-        let norms = if has_norms { reader.floats(N)? } else { Vec::new() };
-        if !reader.rest.is_empty() || (has_prior && self.matrices() == 1) {
-            return Err(OTHER);
-        }
-        if !norms.iter().all(|x| x.is_finite() && *x >= 0.0) {
-            return Err(Error::damaged("its weights have no such norms"));
-        }
-        self.check_weights(&weights)?;
-        if has_prior {
-            self.check_weights(&prior)?;
-        }
-        let fuzzy = &mut state.compensator;
-        self.write(fuzzy, &weights, 0);
-        if has_prior {
-            self.write_matrix(fuzzy, &prior, 1);
-        }
-        if has_norms {
-            fuzzy.norms.copy_from_slice(&norms);
-        }
-        fuzzy.frozen = header.flags & FROZEN != 0;
-        fuzzy.advances = header.advances;
-        state.steps = header.steps;
-        state.last_tau = header.last_tau;
-        Ok(())
-    }
-}
-
-pub(super) const OTHER: Error =
-    Error::damaged("it belongs to a controller with other modifications");
-
-/// Everything before the weights.
-pub(super) struct Header<const N: usize> {
-    pub flags: u64,
-    pub steps: u64,
-    pub advances: u64,
-    pub last_tau: Option<Vector<N>>,
-}
-
-pub(super) fn header<const N: usize, S>(
-    state: &State<N, S>,
-    rules: usize,
-    flags: u64,
-    advances: u64,
-) -> Vec<u8> {
-    let flags = flags | if state.last_tau.is_some() { TORQUE } else { 0 };
-    let mut bytes = MAGIC.to_vec();
-    let counts = [N as u64, rules as u64, flags, state.steps, advances];
-    counts.iter().for_each(|n| bytes.extend(n.to_le_bytes()));
-    let tau = state.last_tau.unwrap_or_else(Vector::zeros);
-    tau.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
-    bytes
-}
-
-pub(super) fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
-    bytes.extend(fnv(FNV_START, &bytes).to_le_bytes());
-    bytes
-}
-
-pub(super) struct Reader<'a> {
-    pub rest: &'a [u8],
-}
-
-impl<'a> Reader<'a> {
-    /// Checks magic, version and checksum.
-    pub fn open(bytes: &'a [u8]) -> Result<Self> {
-        let Some((body, sum)) = bytes.split_last_chunk::<8>() else {
-            return Err(Error::damaged("it is too short"));
-        };
-        let Some(rest) = body.strip_prefix(MAGIC) else {
-            return Err(Error::damaged("it was not saved by this version of steadyarm"));
-        };
-        if u64::from_le_bytes(*sum) != fnv(FNV_START, body) {
-            return Err(Error::damaged("its checksum does not match: it was changed or cut"));
-        }
-        Ok(Self { rest })
+    /// [`Damaged`](crate::Problem::Damaged) for bytes that were cut, changed, or are not possible;
+    /// `joints`, `rules`, `sets`, `capacity`: the state of a controller of another size;
+    /// [`OtherController`](crate::Problem::OtherController) of one that differs in its nominal arm,
+    /// gains, compensator or basis; `weights`: farther off than the projection's radius. The state
+    /// is then as before.
+    pub fn restore<S>(&self, state: &mut State<N, S>, bytes: &[u8]) -> Result<Origin>
+    where
+        C: Saves<N, S>,
+    {
+        self.open(bytes, false).map(|saved| self.take(state, &saved))
     }
 
-    /// The header for `N` joints and so many rules, of the `kind` [`KERNEL`] or 0.
-    pub fn header<const N: usize>(&mut self, rules: usize, kind: u64) -> Result<Header<N>> {
-        let (joints, found) = (self.count()?, self.count()?);
-        let (flags, steps, advances) = (self.count()?, self.count()?, self.count()?);
+    /// The same for the state of a controller of the same size with another arm, other gains or
+    /// sets: whether its weights are right here is for the caller to know. The period that was
+    /// pending there is left out, as this controller would learn something else from it.
+    ///
+    /// # Errors
+    /// As [`restore`](Self::restore), but for `OtherController`.
+    pub fn restore_from_other<S>(&self, state: &mut State<N, S>, bytes: &[u8]) -> Result<Origin>
+    where
+        C: Saves<N, S>,
+    {
+        self.open(bytes, true).map(|saved| self.take(state, &saved))
+    }
+
+    /// What gives a state its meaning: arm, gains, compensator, basis.
+    fn fingerprints<S>(&self) -> [u64; 4]
+    where
+        C: Saves<N, S>,
+    {
+        let [compensator, basis] = self.compensator.fingerprints();
+        [self.law.fingerprint(), self.law.tuning(), compensator, basis]
+    }
+
+    /// All that the bytes say, checked; with `other` also those of another controller.
+    fn open<'a, S>(&self, bytes: &'a [u8], other: bool) -> Result<Opened<'a, N>>
+    where
+        C: Saves<N, S>,
+    {
+        let (version, mut rest) = unsealed(bytes)?;
+        let (joints, size, flags) = (rest.count()?, rest.count()?, rest.count()?);
+        let (steps, advances) = (rest.count()?, rest.count()?);
         length("joints", joints as usize, N)?;
-        if flags & KERNEL != kind {
+        let known = self.compensator.known_flags();
+        if (flags ^ known) & KERNEL != 0 {
             let problem = "it belongs to a controller with a compensator of another kind: one of \
                            them has a dictionary";
             return Err(Error::damaged(problem));
         }
-        length(if kind == KERNEL { "sets" } else { "rules" }, found as usize, rules)?;
-        let tau: Vector<N> = Vector::from_column_slice(&self.floats(N)?);
-        if !tau.iter().all(|x| x.is_finite()) {
-            return Err(Error::damaged("its last torque is not finite"));
+        length(self.compensator.entries(), size as usize, self.compensator.size())?;
+        let common = if version == 1 { TORQUE } else { TORQUE | PENDING };
+        if flags & !(known | common) != 0 || steps.max(advances) > MAX_COUNT {
+            return Err(Error::damaged("its header is not a possible one"));
         }
-        Ok(Header { flags, steps, advances, last_tau: (flags & TORQUE != 0).then_some(tau) })
+        let last_tau = last_torque(rest.vector()?, flags & TORQUE != 0)?;
+        let origin = if version == 1 { Origin::Unknown } else { self.origin(&mut rest, other)? };
+        let pending = if flags & PENDING != 0 { Some(self.pending(&mut rest)?) } else { None };
+        let (pending, part) = (pending.filter(|_| origin == Origin::Same), rest.0);
+        self.compensator.check(flags, part)?;
+        Ok(Opened { origin, flags, steps, advances, last_tau, pending, part })
     }
 
+    /// Whose fingerprints these are; another's are refused unless they are asked for.
+    fn origin<S>(&self, rest: &mut Numbers<'_>, other: bool) -> Result<Origin>
+    where
+        C: Saves<N, S>,
+    {
+        let mut differs = [false; 4];
+        for (differs, own) in differs.iter_mut().zip(self.fingerprints()) {
+            *differs = rest.count()? != own;
+        }
+        let [arm, gains, compensator, basis] = differs;
+        match differs {
+            [false, false, false, false] => Ok(Origin::Same),
+            _ if other => Ok(Origin::Other),
+            _ => Err(Error::other_controller(arm, gains, compensator, basis)),
+        }
+    }
+
+    fn pending(&self, rest: &mut Numbers<'_>) -> Result<Pending<N>> {
+        let dt = rest.number()?;
+        let mut vector = || rest.vector::<N>();
+        let (asked, tau, q, dq) = (vector()?, vector()?, vector()?, vector()?);
+        let desired = Setpoint { q: vector()?, dq: vector()?, ddq: vector()? };
+        check_sample(&q, &dq, &desired)
+            .and_then(|()| check_period("dt", dt))
+            .map_err(|_| Error::damaged("its last sample is not a possible one"))?;
+        if asked.iter().chain(&tau).any(|x| !x.is_finite()) {
+            return Err(Error::damaged("its last torque is not finite"));
+        }
+        let sample = self.sample(&q, &dq, &desired);
+        Ok(Pending { sample, applied: Applied { asked, tau }, dt })
+    }
+
+    /// Takes what was checked. What the last step recorded is worked out again.
+    fn take<S>(&self, state: &mut State<N, S>, saved: &Opened<'_, N>) -> Origin
+    where
+        C: Saves<N, S>,
+    {
+        let Opened { flags, steps, advances, last_tau, pending, part, .. } = *saved;
+        let own = &mut state.compensator;
+        self.compensator.take(own, flags, advances, part);
+        if let Some(Pending { sample, .. }) = &pending {
+            self.compensator.estimate(own, &Stage::NOW, sample);
+        }
+        (state.last_tau, state.steps, state.pending) = (last_tau, steps, pending);
+        saved.origin
+    }
+}
+
+/// A dictionary, with its sets instead of the rules.
+pub(super) const KERNEL: u64 = 8;
+
+/// What saved bytes say.
+struct Opened<'a, const N: usize> {
+    origin: Origin,
+    flags: u64,
+    steps: u64,
+    advances: u64,
+    last_tau: Option<Vector<N>>,
+    pending: Option<Pending<N>>,
+    part: &'a [u8],
+}
+
+/// Checks checksum and magic; the version, and what follows it.
+fn unsealed(bytes: &[u8]) -> Result<(u8, Numbers<'_>)> {
+    let Some((body, sum)) = bytes.split_last_chunk::<8>() else {
+        return Err(Error::damaged("it is too short"));
+    };
+    let version = body.strip_prefix(MAGIC).and_then(|rest| rest.split_first());
+    let Some((version @ 1..=VERSION, rest)) = version else {
+        return Err(Error::damaged("it was not saved by this version of steadyarm"));
+    };
+    if u64::from_le_bytes(*sum) != fnv(FNV_START, body) {
+        return Err(Error::damaged("its checksum does not match: it was changed or cut"));
+    }
+    Ok((*version, Numbers(rest)))
+}
+
+fn last_torque<const N: usize>(tau: Vector<N>, known: bool) -> Result<Option<Vector<N>>> {
+    if !tau.iter().all(|x| x.abs() <= IMPOSSIBLE) {
+        return Err(Error::damaged("its last torque is not finite, or beyond 1e10"));
+    }
+    if !known && tau.iter().any(|x| *x != 0.0) {
+        return Err(Error::damaged("it has a last torque, and says that it has none"));
+    }
+    Ok(known.then_some(tau))
+}
+
+/// Puts numbers.
+pub(super) fn put_all(put: &mut dyn FnMut(&[u8]), values: &[f64]) {
+    values.iter().for_each(|x| put(&x.to_le_bytes()));
+}
+
+/// Bytes that are numbers of eight bytes each.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers<'a>(pub &'a [u8]);
+
+impl<'a> Numbers<'a> {
     fn word(&mut self) -> Result<[u8; 8]> {
-        let Some((word, rest)) = self.rest.split_first_chunk::<8>() else {
+        let Some((word, rest)) = self.0.split_first_chunk::<8>() else {
             return Err(Error::damaged("it is too short"));
         };
-        self.rest = rest;
+        self.0 = rest;
         Ok(*word)
     }
 
@@ -179,7 +324,39 @@ impl<'a> Reader<'a> {
         self.word().map(u64::from_le_bytes)
     }
 
-    pub fn floats(&mut self, count: usize) -> Result<Vec<f64>> {
-        (0..count).map(|_| self.word().map(f64::from_le_bytes)).collect()
+    pub fn number(&mut self) -> Result<f64> {
+        self.word().map(f64::from_le_bytes)
+    }
+
+    pub fn vector<const N: usize>(&mut self) -> Result<Vector<N>> {
+        let mut vector = Vector::<N>::zeros();
+        for x in vector.iter_mut() {
+            *x = self.number()?;
+        }
+        Ok(vector)
+    }
+
+    /// The next `count` numbers.
+    pub fn split(&mut self, count: usize) -> Result<Self> {
+        let bytes = count.checked_mul(8).and_then(|len| self.0.split_at_checked(len));
+        let Some((numbers, rest)) = bytes else {
+            return Err(Error::damaged("it is too short"));
+        };
+        self.0 = rest;
+        Ok(Self(numbers))
+    }
+
+    /// Refuses bytes that are left over.
+    pub fn end(&self) -> Result<()> {
+        if self.0.is_empty() { Ok(()) } else { Err(OTHER) }
+    }
+
+    /// All of them.
+    pub fn iter(self) -> impl Iterator<Item = f64> + 'a {
+        let (words, _) = self.0.as_chunks::<8>();
+        words.iter().map(|word| f64::from_le_bytes(*word))
     }
 }
+
+pub(super) const OTHER: Error =
+    Error::damaged("it belongs to a controller with other modifications");

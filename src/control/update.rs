@@ -7,11 +7,14 @@
 use super::stages::{MAX_STAGES, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};
 use crate::error::{Error, Result};
-use crate::math::{Vector, exp, sqrt};
+use crate::math::{FNV_START, TINY_TERM, Vector, decay, fnv_of, sqrt, unless_tiny};
 use crate::riccati::{JointSolution, joint};
 
 /// Weights stay below this, so that their squares are finite.
 pub(super) const MAX_WEIGHT: f64 = 1e150;
+
+/// How far beyond the projection's radius rounding may leave weights, relative.
+const RADIUS_TOL: f64 = 1e-9;
 
 /// What a fuzzy compensator is made from, beside its basis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,18 +45,51 @@ impl<const N: usize> Default for FuzzyParameters<N> {
 pub(super) struct Update<const N: usize> {
     pub parameters: FuzzyParameters<N>,
     pub p: [JointSolution; N],
+    /// An upper bound of |ξ|.
+    xi_bound: f64,
 }
 
 impl<const N: usize> Update<N> {
     /// Checks the parameters and solves (19) for P.
-    pub fn new(gains: &Gains<N>, parameters: FuzzyParameters<N>) -> Result<Self> {
+    pub fn new(gains: &Gains<N>, parameters: FuzzyParameters<N>, xi_bound: f64) -> Result<Self> {
         parameters.adaptation.validate()?;
         let mut p = [JointSolution::default(); N];
         for (n, solution) in p.iter_mut().enumerate() {
             let (q1, q2) = (parameters.q_position[n], parameters.q_velocity[n]);
             *solution = joint(gains.kp[n], gains.kv[n], q1, q2, parameters.gamma)?;
         }
-        Ok(Self { parameters, p })
+        Ok(Self { parameters, p, xi_bound })
+    }
+
+    /// FNV-1a of what gives weights their meaning, but for the inputs and the basis: gain, Q, γ,
+    /// and the modifications.
+    pub fn fingerprint(&self) -> u64 {
+        let FuzzyParameters { q_position, q_velocity, gamma, adaptation, .. } = &self.parameters;
+        let of_joints = fnv_of(FNV_START, adaptation.gain.iter().chain(q_position).copied());
+        let of_joints = fnv_of(of_joints, *q_velocity);
+        let Adaptation { leak_rate, error_modification, .. } = *adaptation;
+        let Adaptation { projection_radius, dead_zone, normalization, .. } = *adaptation;
+        let rates = [*gamma, leak_rate, error_modification];
+        fnv_of(fnv_of(of_joints, rates), [projection_radius, dead_zone, normalization])
+    }
+
+    /// FNV-1a of the inputs that a basis of this fingerprint sees.
+    pub fn inputs_fingerprint(&self, basis: u64) -> u64 {
+        let signals = self.parameters.inputs.signals().iter();
+        signals.fold(basis, |hash, (signal, scale)| fnv_of(hash, [*signal as u8 as f64, *scale]))
+    }
+
+    /// Refuses weights of this squared |W − W₀| beyond the projection's radius: the next step would
+    /// draw them back at once.
+    ///
+    /// # Errors
+    /// `weights`: [`BeyondRadius`](crate::Problem::BeyondRadius).
+    pub fn check_radius(&self, norm_squared: f64) -> Result<()> {
+        let (norm, radius) = (sqrt(norm_squared), self.parameters.adaptation.projection_radius);
+        if norm <= radius * (1.0 + RADIUS_TOL) {
+            return Ok(());
+        }
+        Err(Error::beyond_radius(norm, radius))
     }
 
     /// s = BᵀPx [the unit of Q over 1/s²].
@@ -79,7 +115,7 @@ impl<const N: usize> Update<N> {
     #[inline(always)]
     pub fn mix(&self, stages: &mut Stages<N>, stage: &Stage<'_>, leak_rate: f64) {
         let leak = leak_rate * stage.step;
-        let fade = |from: f64| if leak == 0.0 { 1.0 } else { exp(-leak * (stage.node - from)) };
+        let fade = |from: f64| if leak == 0.0 { 1.0 } else { decay(leak * (stage.node - from)) };
         let Stages { drive, pull, mixes, .. } = stages;
         let (past, rest) = mixes.split_at_mut(stage.index);
         let mix = &mut rest[0];
@@ -125,23 +161,36 @@ impl<const N: usize> Update<N> {
         self.record_rates(stages, i, &self.s(sample));
     }
 
+    /// Before a period of `dt` \[s\]: refuses a sample whose drive could take the weights, of the
+    /// squared norms `norms`, beyond what [`finish`](Self::finish) accepts.
+    ///
+    /// # Errors
+    /// `weights`: they could become larger than 1e150.
+    #[inline]
+    pub fn admit(&self, norms: &Vector<N>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        let (s, gain) = (self.s(sample), &self.parameters.adaptation.gain);
+        let mut squares = 0.0;
+        for n in 0..N {
+            let drive = gain[n] * s[n] * dt * self.xi_bound;
+            squares += norms[n] + drive * drive;
+        }
+        // A sum of 2N sizes is at most √2N times the root of the sum of their squares.
+        if squares * ((2 * N) as f64) <= MAX_WEIGHT * MAX_WEIGHT {
+            return Ok(());
+        }
+        Err(too_large(sqrt(squares)))
+    }
+
     /// The change of the weights over a step, from stage to stage and at its `end`; `norms` as
     /// above.
     ///
     /// # Errors
     /// `weights`: they could become larger than 1e150.
-    pub fn finish(
-        &self,
-        stages: &mut Stages<N>,
-        norms: &Vector<N>,
-        end: &Stage<'_>,
-        xi_bound: f64,
-    ) -> Result<()> {
+    pub fn finish(&self, stages: &mut Stages<N>, norms: &Vector<N>, end: &Stage<'_>) -> Result<()> {
         self.mix(stages, end, self.leak_rate(false));
-        let got = stages.mixes[end.index].norm_bound(end.index, norms, xi_bound);
+        let got = stages.mixes[end.index].norm_bound(end.index, norms, self.xi_bound);
         if got > MAX_WEIGHT || got.is_nan() {
-            let wanted = "weights of at most 1e150; lower the gain";
-            return Err(Error::out_of_range("weights", got, wanted));
+            return Err(too_large(got));
         }
         Ok(())
     }
@@ -156,7 +205,7 @@ impl<const N: usize> Update<N> {
             let xi_squared = stages.gram[i][i][n];
             let factor = if weakens { adaptation.drive_factor(s_norm, xi_squared) } else { 1.0 };
             stages.factor[i][n] = factor;
-            stages.drive[i][n] = factor * adaptation.gain[n] * s[n];
+            stages.drive[i][n] = unless_tiny(factor * adaptation.gain[n] * s[n], TINY_TERM);
         }
         if pulls {
             let growth = stages.drive[i].dot(&stages.learnt[i]);
@@ -192,4 +241,9 @@ impl<const N: usize> Update<N> {
         let (gamma, loss) = (*gamma, loss + state_cost);
         Audit { value, state_cost, s, prior, loss, gamma, weights_norm }
     }
+}
+
+#[cold]
+fn too_large(got: f64) -> Error {
+    Error::out_of_range("weights", got, "weights of at most 1e150; lower the gain")
 }

@@ -118,8 +118,24 @@ impl Error {
         Self::new(computing, Problem::NoConvergence)
     }
 
+    /// [`Problem::BeyondRadius`] of weights.
+    #[cold]
+    pub(crate) const fn beyond_radius(norm: f64, radius: f64) -> Self {
+        Self::new("weights", Problem::BeyondRadius { norm, radius })
+    }
+
+    /// [`Problem::OtherController`] of a saved state.
+    pub(crate) const fn other_controller(
+        arm: bool,
+        gains: bool,
+        compensator: bool,
+        basis: bool,
+    ) -> Self {
+        let problem = Problem::OtherController { arm, gains, compensator, basis };
+        Self::new("saved state", problem)
+    }
+
     /// [`Problem::Damaged`] of a saved state.
-    #[cfg(feature = "std")]
     pub(crate) const fn damaged(flaw: &'static str) -> Self {
         Self::new("saved state", Problem::Damaged { flaw })
     }

@@ -98,6 +98,26 @@ pub enum Problem {
     },
     /// A computation with a fixed number of iterations did not reach its accuracy.
     NoConvergence,
+    /// Weights lie farther from their prior than the projection of the update law lets them.
+    #[non_exhaustive]
+    BeyondRadius {
+        /// |W − W₀| of the weights.
+        norm: f64,
+        /// The radius of the projection.
+        radius: f64,
+    },
+    /// A saved state is that of another controller.
+    #[non_exhaustive]
+    OtherController {
+        /// Whether its nominal arm is another.
+        arm: bool,
+        /// Whether its feedback gains are others.
+        gains: bool,
+        /// Whether gain, Q, γ or the modifications of its compensator are others.
+        compensator: bool,
+        /// Whether its sets, or their inputs, are others.
+        basis: bool,
+    },
     /// Saved data is not what it claims to be.
     #[non_exhaustive]
     Damaged {
@@ -144,6 +164,16 @@ impl Problem {
             }
             Self::ModeOnAxis { frequency } => say_on_axis(f, name, frequency),
             Self::NoConvergence => f.write_str(NOT_CONVERGED),
+            Self::BeyondRadius { norm, radius } => write!(
+                f,
+                "got a norm of {}, wants at most the projection_radius, {}; take a larger radius, \
+                 or make them the prior by a warm start",
+                Number(norm),
+                Number(radius)
+            ),
+            Self::OtherController { arm, gains, compensator, basis } => {
+                say_other(f, [arm, gains, compensator, basis])
+            }
             Self::Damaged { flaw } => f.write_str(flaw),
         }
     }
@@ -172,6 +202,22 @@ fn say_on_axis(f: &mut fmt::Formatter<'_>, name: &str, frequency: f64) -> fmt::R
          at {frequency:e} rad/s, so that no solution is stabilising; wants a {name} that sees \
          every such mode of A, or, if it is indefinite, a larger one"
     )
+}
+
+const PARTS: [&str; 4] = [
+    "another nominal arm",
+    "other gains kp, kv",
+    "another compensator (gain, q, gamma, modifications)",
+    "another basis (sets, inputs)",
+];
+
+fn say_other(f: &mut fmt::Formatter<'_>, differs: [bool; 4]) -> fmt::Result {
+    f.write_str("it is that of a controller with ")?;
+    let parts = PARTS.iter().zip(differs).filter(|(_, differs)| *differs);
+    for (i, (part, _)) in parts.enumerate() {
+        write!(f, "{}{part}", if i > 0 { ", " } else { "" })?;
+    }
+    f.write_str(": what was learnt there may be wrong here")
 }
 
 /// A number, in powers of ten where its digits would fill a line.

@@ -13,7 +13,7 @@ use super::lattice::Lattice;
 use super::membership::Sets;
 use super::places::Span;
 use crate::error::{Result, at_most, length, not_empty, within};
-use crate::math::{LANES, Line};
+use crate::math::{LANES, Line, fnv_of};
 
 /// Tables of inputs that are evaluated side by side at the most.
 const MAX_LATTICES: usize = 8;
@@ -156,6 +156,14 @@ impl Axes {
     #[inline]
     pub fn columns(&self) -> &[Column] {
         &self.columns[..self.inputs]
+    }
+
+    /// FNV-1a of the sets of all inputs, from `start` on.
+    pub fn fingerprint(&self, start: u64) -> u64 {
+        let start = fnv_of(start, [f64::from(u8::from(self.normalized))]);
+        self.spans[..self.inputs]
+            .iter()
+            .fold(start, |hash, span| self.sets.fingerprint(hash, *span))
     }
 
     /// Writes the memberships of a finite x.

@@ -23,7 +23,7 @@ use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};
 use crate::error::{Result, finite, length};
-use crate::math::{LANES, sqrt};
+use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_tiny};
 
 /// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes
 /// to.
@@ -126,9 +126,20 @@ impl FuzzyBasis {
         self.layout.dyads.iter().map(Dyad::len).sum()
     }
 
-    /// Writes a weight row of [`block_rules`](Self::block_rules) entries into its place.
-    pub(crate) fn pack(&self, row: &[f64], packed: &mut [f64]) {
-        self.layout.places().zip(row).for_each(|(place, w)| packed[place] = *w);
+    /// Where a packed weight row has the weights of the rules.
+    pub(crate) fn places(&self) -> impl Iterator<Item = usize> {
+        self.layout.places()
+    }
+
+    /// FNV-1a of all that ξ depends on.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        let form = match self.form {
+            Form::Grid => 0,
+            Form::Shared => 1,
+            Form::Concat => 2,
+            Form::PerJoint { joints } => 3 + joints,
+        };
+        self.axes.fingerprint(fnv_of(FNV_START, [form as f64]))
     }
 
     /// Adds a packed weight row to one of [`block_rules`](Self::block_rules) entries.
@@ -175,12 +186,17 @@ impl FuzzyBasis {
         let tables = (&left[memberships..], &right[memberships..]);
         if blocks > 1 {
             out.fill(1.0);
-            self.axes.products(simd, tables, |input, sum| out[input % blocks] *= sum);
+            self.axes.products(simd, tables, |input, sum| {
+                let product = &mut out[input % blocks];
+                *product = unless_tiny(*product * sum, TINY_KERNEL);
+            });
             return;
         }
         let mut product = 1.0;
         if self.form.is_product() {
-            self.axes.products(simd, tables, |_, sum| product *= sum);
+            self.axes.products(simd, tables, |_, sum| {
+                product = unless_tiny(product * sum, TINY_KERNEL);
+            });
         } else {
             product = dot(simd, self.split(left).1, self.split(right).1);
         }

@@ -12,7 +12,9 @@ use pulp::{Simd, WithSimd};
 use super::axes::{Axes, Axis};
 use super::form::MAX_INPUTS;
 use crate::error::{Result, finite, length};
-use crate::math::{LANES, Runs, Shared, sqrt};
+use crate::math::{
+    FNV_START, LANES, Runs, Shared, TINY_KERNEL, lanes_unless_tiny, sqrt, unless_tiny,
+};
 
 /// Blocks of atoms that are compared side by side.
 const BATCH: usize = 2;
@@ -87,6 +89,11 @@ impl KernelBasis {
         4.0 * f64::EPSILON * (self.sets() + self.inputs() + 2) as f64
     }
 
+    /// FNV-1a of all that ξ depends on.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        self.axes.fingerprint(FNV_START)
+    }
+
     /// Length of an evaluated basis, a whole number of lanes.
     pub(crate) fn activation_len(&self) -> usize {
         self.axes.len()
@@ -108,7 +115,8 @@ impl KernelBasis {
     fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64]) -> f64 {
         let mut sums = [0.0; MAX_INPUTS];
         self.axes.products(simd, (left, right), |input, sum| sums[input] = sum);
-        sums[..self.inputs()].iter().product()
+        let product = |k: f64, sum: &f64| unless_tiny(k * sum, TINY_KERNEL);
+        sums[..self.inputs()].iter().fold(1.0, product)
     }
 
     /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block,
@@ -155,7 +163,8 @@ impl KernelBasis {
             }
             for (products, sums) in products.iter_mut().zip(&sums) {
                 for part in 0..parts {
-                    products[part] = simd.mul_f64s(products[part], sums[part]);
+                    let product = simd.mul_f64s(products[part], sums[part]);
+                    products[part] = lanes_unless_tiny(simd, product, TINY_KERNEL);
                 }
             }
         }
@@ -176,24 +185,34 @@ impl KernelBasis {
     }
 
     /// An evaluated basis from its memberships, input after input.
-    #[cfg(feature = "std")]
-    pub(crate) fn tabulate(&self, memberships: &[f64]) -> Vec<f64> {
-        let mut table = vec![0.0; self.activation_len()];
-        let mut rest = memberships.iter();
+    pub(crate) fn tabulate(&self, memberships: impl Iterator<Item = f64>, table: &mut [f64]) {
+        table.fill(0.0);
+        let mut rest = memberships;
         for column in self.axes.columns() {
-            let places = column.span().of_mut(&mut table).iter_mut().step_by(LANES);
-            places.zip(&mut rest).for_each(|(y, p)| *y = *p);
+            let places = column.span().of_mut(table).iter_mut().step_by(LANES);
+            places.zip(&mut rest).for_each(|(y, p)| *y = p);
         }
-        table
     }
 
-    /// Reads the memberships of an atom, input after input.
-    pub(crate) fn read_atom(&self, atoms: &[f64], atom: usize, memberships: &mut [f64]) {
+    /// k of two evaluated bases from their memberships, input after input, to rounding.
+    pub(crate) fn kernel_of_memberships(
+        &self,
+        mut left: impl Iterator<Item = f64>,
+        mut right: impl Iterator<Item = f64>,
+    ) -> f64 {
+        let columns = self.axes.columns().iter();
+        let sums = columns.map(|column| {
+            let pairs = (&mut left).take(column.len).zip((&mut right).take(column.len));
+            pairs.map(|(p, other)| p * other).sum::<f64>()
+        });
+        sums.product()
+    }
+
+    /// The memberships of an atom, input after input.
+    pub(crate) fn atom(&self, atoms: &[f64], atom: usize) -> impl Iterator<Item = f64> {
         let block = self.sets() * LANES;
         let place = &atoms[atom / LANES * block..][..block];
-        for (lanes, p) in place.chunks_exact(LANES).zip(memberships) {
-            *p = lanes[atom % LANES];
-        }
+        place.chunks_exact(LANES).map(move |lanes| lanes[atom % LANES])
     }
 }
 

@@ -8,7 +8,7 @@ use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
     Applied, Audit, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
-    KernelState, Sample, Stage, State,
+    KernelState, NoCompensation, Sample, Saves, Stage,
 };
 use crate::design::Subject;
 use crate::error::Result;
@@ -52,6 +52,11 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
     }
 
     #[inline]
+    fn admit(&self, memory: &Memory<N>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        both!(self, memory, |it, state| it.admit(state, sample, dt), Ok(()))
+    }
+
+    #[inline]
     fn advance(&self, memory: &mut Memory<N>, end: &Stage<'_>) -> Result<()> {
         both!(self, memory, |it, state| it.advance(state, end), Ok(()))
     }
@@ -83,6 +88,59 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
     }
 }
 
+/// What a compensator says of its state's form, whatever the state.
+macro_rules! any {
+    ($any:expr, $method:ident($($argument:expr),*)) => {
+        match $any {
+            AnyCompensator::None => Saves::<N, ()>::$method(&NoCompensation, $($argument),*),
+            AnyCompensator::Fuzzy(it) => {
+                Saves::<N, FuzzyState<N, Vec<f64>>>::$method(&**it, $($argument),*)
+            }
+            AnyCompensator::Kernel(it) => {
+                Saves::<N, KernelState<N, Vec<f64>>>::$method(&**it, $($argument),*)
+            }
+        }
+    };
+}
+
+impl<const N: usize> Saves<N, Memory<N>> for AnyCompensator<N> {
+    fn known_flags(&self) -> u64 {
+        any!(self, known_flags())
+    }
+
+    fn entries(&self) -> &'static str {
+        any!(self, entries())
+    }
+
+    fn size(&self) -> usize {
+        any!(self, size())
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        any!(self, fingerprints())
+    }
+
+    fn flags(&self, memory: &Memory<N>) -> u64 {
+        both!(self, memory, |it, state| it.flags(state), 0)
+    }
+
+    fn advances(&self, memory: &Memory<N>) -> u64 {
+        both!(self, memory, |it, state| it.advances(state), 0)
+    }
+
+    fn write(&self, memory: &Memory<N>, put: &mut dyn FnMut(&[u8])) {
+        both!(self, memory, |it, state| it.write(state, put), ());
+    }
+
+    fn check(&self, flags: u64, part: &[u8]) -> Result<()> {
+        any!(self, check(flags, part))
+    }
+
+    fn take(&self, memory: &mut Memory<N>, flags: u64, advances: u64, part: &[u8]) {
+        both!(self, memory, |it, state| it.take(state, flags, advances, part), ());
+    }
+}
+
 impl<const N: usize> AnyCompensator<N> {
     /// A state before the first step.
     pub fn state(&self) -> Memory<N> {
@@ -91,41 +149,6 @@ impl<const N: usize> AnyCompensator<N> {
             Self::Fuzzy(fuzzy) => Memory::Fuzzy(Box::new(fuzzy.state())),
             Self::Kernel(kernel) => Memory::Kernel(Box::new(kernel.state())),
         }
-    }
-
-    /// The controller's state as bytes.
-    pub fn save(&self, state: &State<N, Memory<N>>) -> Vec<u8> {
-        let State { compensator, last_tau, steps } = state;
-        let (last_tau, steps) = (*last_tau, *steps);
-        both!(
-            self,
-            compensator,
-            |it, own| it.save(&State { compensator: own.as_ref().clone(), last_tau, steps }),
-            State { compensator: (), last_tau, steps }.save()
-        )
-    }
-
-    /// The state that [`save`](Self::save) gave the bytes of.
-    pub fn restored(&self, bytes: &[u8]) -> Result<State<N, Memory<N>>> {
-        let all = match self {
-            Self::None => {
-                let State { last_tau, steps, .. } = State::<N>::restore(bytes)?;
-                State { compensator: Memory::None, last_tau, steps }
-            }
-            Self::Fuzzy(fuzzy) => {
-                let mut state = State::new(fuzzy.state());
-                fuzzy.restore(&mut state, bytes)?;
-                let State { compensator, last_tau, steps } = state;
-                State { compensator: Memory::Fuzzy(compensator.into()), last_tau, steps }
-            }
-            Self::Kernel(kernel) => {
-                let mut state = State::new(kernel.state());
-                kernel.restore(&mut state, bytes)?;
-                let State { compensator, last_tau, steps } = state;
-                State { compensator: Memory::Kernel(compensator.into()), last_tau, steps }
-            }
-        };
-        Ok(all)
     }
 
     /// Columns of W.
@@ -159,6 +182,11 @@ impl<const N: usize> AnyCompensator<N> {
             dense.read_weights(state, &mut weights)?;
         }
         Ok(weights)
+    }
+
+    /// Whether these can be W, or with `prior` W₀ too.
+    pub fn check_weights(&self, weights: &[f64], prior: bool) -> PyResult<()> {
+        Ok(self.dense()?.check_weights(weights, prior)?)
     }
 
     /// Sets W, and with `prior` W₀ too.

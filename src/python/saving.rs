@@ -1,9 +1,10 @@
 //! Files: written by the one writer of the Python package, and read by its reader.
 
+use std::ffi::CString;
 use std::fs;
 use std::path::Path;
 
-use pyo3::exceptions::PyOSError;
+use pyo3::exceptions::{PyOSError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
@@ -18,6 +19,17 @@ pub(super) fn write(path: &Path, bytes: &Bound<'_, PyBytes>) -> PyResult<()> {
 /// The bytes of a file.
 pub(super) fn read<'py>(py: Python<'py>, path: &Path) -> PyResult<Bound<'py, PyBytes>> {
     Ok(files(py)?.call_method1("read", (path, MAX_BYTES))?.cast_into()?)
+}
+
+/// Warns that a file does not say which controller wrote it.
+pub(super) fn warn_of_unknown(py: Python<'_>, path: &Path) -> PyResult<()> {
+    let text = format!(
+        "path: got {}, written before files said which controller wrote them; whether its weights \
+         are right for these gains, arm and sets was not looked at; save it again",
+        path.display()
+    );
+    let text = CString::new(text.replace('\0', " ")).unwrap_or_default();
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 fn files(py: Python<'_>) -> PyResult<Bound<'_, PyModule>> {

@@ -103,7 +103,7 @@ fn simulated<'py, const N: usize>(
         let message = format!("plant: got one of {joints} joints, wants {N}, as the tracker has");
         PyValueError::new_err(message)
     })?;
-    let Tracker { controller, state, latest } = tracker;
+    let Tracker { controller, state, latest, .. } = tracker;
     *latest = None;
     let options = settings.options()?;
     let reference = Source::reference(reference, "reference")?;

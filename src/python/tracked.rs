@@ -12,7 +12,8 @@ use super::convert::{Any, Given, joints};
 use super::dispatch::by_joints;
 use super::errors::value_error;
 use crate::control::{
-    self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, State,
+    self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, Origin,
+    State,
 };
 use crate::design::{Conditions, Finding, JointReport, Report};
 use crate::error::Result;
@@ -29,6 +30,8 @@ pub(super) struct Tracker<const N: usize> {
     pub controller: Arc<Controller<N>>,
     pub state: State<N, Memory<N>>,
     pub latest: Option<Command<N>>,
+    /// The torque at take-over that it was made with.
+    pub last_tau: Option<Vector<N>>,
 }
 
 by_joints! {
@@ -44,6 +47,7 @@ pub(super) struct Arguments<'a, 'py> {
     pub compensator: Given<'a, 'py>,
     pub effort_limit: Given<'a, 'py>,
     pub effort_rate_limit: Given<'a, 'py>,
+    pub last_tau: Given<'a, 'py>,
 }
 
 /// A tracker before its first step.
@@ -51,7 +55,8 @@ pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult
 where
     Trackers: From<Tracker<N>>,
 {
-    let Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit } = *arguments;
+    let Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit, last_tau } =
+        *arguments;
     let gains = Gains::<N>::new(joints(kp, "kp")?, joints(kv, "kv")?).map_err(value_error)?;
     let limit = |value: Given<'_, '_>, name| {
         value.map_or(Ok([f64::INFINITY; N]), |value| joints(value, name))
@@ -62,9 +67,13 @@ where
     };
     let compensator = compensator.map_or(Ok(AnyCompensator::None), |it| fuzzy(it, &gains))?;
     let law = ComputedTorque::new(PyArm::of(arm)?.any()?.clone(), gains);
+    let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from)).transpose()?;
     let state = State::new(compensator.state());
     let controller = Controller::new(law, compensator).with_limits(limits).map_err(value_error)?;
-    Ok(Tracker { controller: Arc::new(controller), state, latest: None }.into())
+    let controller = Arc::new(controller);
+    let mut tracker = Tracker { controller, state, latest: None, last_tau };
+    tracker.reset(None).map_err(value_error)?;
+    Ok(tracker.into())
 }
 
 /// The compensator of that argument, in the form that it asks for.
@@ -98,14 +107,47 @@ fn fuzzy<const N: usize>(
 impl<const N: usize> Tracker<N> {
     pub fn step(
         &mut self,
+        applied: Option<&Vector<N>>,
         q: &Vector<N>,
         dq: &Vector<N>,
         desired: &Setpoint<N>,
         dt: f64,
     ) -> Result<Vector<N>> {
-        let command = self.controller.step(&mut self.state, q, dq, desired, dt)?;
+        let Self { controller, state, .. } = self;
+        let command = controller.step_after(state, applied, q, dq, desired, dt)?;
         self.latest = Some(command);
         Ok(command.tau)
+    }
+
+    /// A new one that takes over at this torque; `None`: at the one that it was made with.
+    pub fn reset(&mut self, last_tau: Option<Vector<N>>) -> Result<()> {
+        let mut new = State::new(());
+        if let Some(tau) = last_tau.or(self.last_tau) {
+            new.take_over(&tau)?;
+        }
+        self.controller.reset(&mut self.state);
+        (self.state.last_tau, self.latest) = (new.last_tau, None);
+        Ok(())
+    }
+
+    /// Takes what was saved; with `other`, the state of another controller of the same size too.
+    pub fn restore(&mut self, bytes: &[u8], other: bool) -> Result<Origin> {
+        let Self { controller, state, .. } = self;
+        let origin = if other {
+            controller.restore_from_other(state, bytes)
+        } else {
+            controller.restore(state, bytes)
+        }?;
+        self.latest = None;
+        Ok(origin)
+    }
+
+    /// What the compensator remembers at the end of the period that is pending, without ending it:
+    /// what acted in it may still be told.
+    pub fn ended(&self) -> Memory<N> {
+        let mut state = self.state.clone();
+        self.controller.settle(&mut state);
+        state.compensator
     }
 
     /// P, row-major; `None` without a compensator.

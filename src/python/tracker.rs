@@ -10,26 +10,32 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use super::arm::PyArm;
 use super::compensator::compensator_of;
-use super::convert::{Any, Array, Array1, Given, array1, matrix_of, scalar, vector, wrong_type};
+use super::convert::{
+    Any, Array, Array1, Given, array1, joints, matrix_of, scalar, vector, wrong_type,
+};
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::form::{self, Form, Objects, limits};
 use super::saving;
 use super::tracked::{Arguments, Tracker, Trackers, tracker};
-use crate::control::{Gains, Limits};
+use crate::control::{Gains, Limits, Origin};
+use crate::error::Problem;
+use crate::math::Vector;
 use crate::reference::Setpoint;
 
 /// The arguments of the class.
-const NAMES: [&str; 6] = ["arm", "kp", "kv", "compensator", "effort_limit", "effort_rate_limit"];
+const NAMES: [&str; 7] =
+    ["arm", "kp", "kv", "compensator", "effort_limit", "effort_rate_limit", "last_tau"];
 
 /// Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
 ///
 /// ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint
 /// of ``arm`` is continuous, e is taken around the circle, -π <= e < π.
 ///
-/// The object remembers its weights, its last torque and the number of its steps. Pickled or saved
-/// and restored, its next torques are the same to the bit. What remembers is equal to itself alone;
-/// ``copy.replace(tracker, kp=9.0)`` is another, before its first step.
+/// The object remembers its weights, its last torque, the number of its steps, and the period that
+/// is going on. Pickled or saved and restored, its next torques are the same to the bit. What
+/// remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+/// first step.
 ///
 /// Parameters
 /// ----------
@@ -39,7 +45,10 @@ const NAMES: [&str; 6] = ["arm", "kp", "kv", "compensator", "effort_limit", "eff
 /// compensator: produces ρ̂; None for plain computed torque.
 /// effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
 /// effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
-///     simulations only.
+///     simulations only. It counts from the torque commanded last.
+/// last_tau: the torque that is on the robot when the controller takes over [N·m], scalar or (n,),
+///     at most 1e10: what the rate limit of the first sample counts from. None: what holds ``arm``
+///     at rest there.
 ///
 /// Raises
 /// ------
@@ -68,11 +77,8 @@ impl PyComputedTorque {
         (self.arguments.values.clone_ref(py), self.__getstate__(py))
     }
 
-    fn restore(&mut self, bytes: &[u8]) -> crate::error::Result<()> {
-        each!(&mut self.trackers, Trackers, it => {
-            (it.state, it.latest) = (it.controller.compensator.restored(bytes)?, None);
-        });
-        Ok(())
+    fn restore(&mut self, bytes: &[u8], other: bool) -> crate::error::Result<Origin> {
+        each!(&mut self.trackers, Trackers, it => it.restore(bytes, other))
     }
 
     fn write_weights(&mut self, weights: Any<'_, '_>, prior: bool) -> PyResult<()> {
@@ -80,7 +86,14 @@ impl PyComputedTorque {
         each!(&mut self.trackers, Trackers, it => {
             let compensator = &it.controller.compensator;
             let weights = matrix_of(weights, "weights", rows, compensator.rules()?)?;
-            compensator.set_weights(&mut it.state.compensator, &weights, prior)
+            compensator.check_weights(&weights, prior)?;
+            compensator.set_weights(it.controller.settle(&mut it.state), &weights, prior)
+        })
+    }
+
+    fn set_frozen(&mut self, frozen: bool) -> PyResult<()> {
+        each!(&mut self.trackers, Trackers, it => {
+            it.controller.settle(&mut it.state).set_frozen(frozen)
         })
     }
 }
@@ -88,7 +101,8 @@ impl PyComputedTorque {
 #[pymethods]
 impl PyComputedTorque {
     #[new]
-    #[pyo3(signature = (arm, kp, kv, compensator=None, effort_limit=None, effort_rate_limit=None))]
+    #[pyo3(signature = (arm, kp, kv, compensator=None, effort_limit=None, effort_rate_limit=None, last_tau=None))]
+    #[expect(clippy::too_many_arguments, reason = "a Python class")]
     fn new(
         py: Python<'_>,
         arm: Any<'_, '_>,
@@ -97,8 +111,10 @@ impl PyComputedTorque {
         compensator: Given<'_, '_>,
         effort_limit: Given<'_, '_>,
         effort_rate_limit: Given<'_, '_>,
+        last_tau: Given<'_, '_>,
     ) -> PyResult<Self> {
-        let given = Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit };
+        let given =
+            Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit, last_tau };
         let joints = PyArm::of(arm)?.joints();
         let trackers = for_joints!(joints, tracker(&given))?;
         let (kp, kv, effort, effort_rate) = each!(&trackers, Trackers, it => {
@@ -106,19 +122,31 @@ impl PyComputedTorque {
             let Gains { kp, kv } = &it.controller.law.gains;
             (kp.to_vec(), kv.to_vec(), limits(effort_limit), limits(effort_rate_limit))
         });
+        let last_tau =
+            each!(&trackers, Trackers, it => it.last_tau.map(|tau| tau.as_slice().to_vec()));
         // Scalars of the compensator count for the joints of this arm.
         let compensator =
             compensator.map(|it| compensator_of(it)?.of_joints(joints)).transpose()?;
-        let values = (arm, kp, kv, compensator, effort, effort_rate);
+        let values = (arm, kp, kv, compensator, effort, effort_rate, last_tau);
         Ok(Self { arguments: Objects::new(py, &NAMES, values)?, trackers })
     }
 
     /// One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
     ///
     /// ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
-    /// ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits. Raises ValueError or
-    /// TypeError naming what does not fit; nothing has changed then, bit for bit.
+    /// ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits.
+    ///
+    /// A step first ends the period of the one before, and learns from it, then decides.
+    /// ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive
+    /// let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
+    /// is learnt from a period in which it differs from what the law asked for, by whatever
+    /// little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
+    /// step it says nothing.
+    ///
+    /// Raises ValueError or TypeError naming what does not fit; nothing has changed then, bit for
+    /// bit. For ``tau``, a torque that would be infinite, the period before has ended.
     #[inline]
+    #[pyo3(signature = (q, dq, q_d, dq_d, ddq_d, dt, applied=None))]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn step<'py>(
         &mut self,
@@ -129,24 +157,29 @@ impl PyComputedTorque {
         dq_d: Any<'_, 'py>,
         ddq_d: Any<'_, 'py>,
         dt: Any<'_, 'py>,
+        applied: Given<'_, 'py>,
     ) -> PyResult<Array1<'py>> {
         each!(&mut self.trackers, Trackers, it => {
             let (q, dq) = (vector(q, "q")?, vector(dq, "dq")?);
             let (q_d, dq_d) = (vector(q_d, "q_d")?, vector(dq_d, "dq_d")?);
             let desired = Setpoint { q: q_d, dq: dq_d, ddq: vector(ddq_d, "ddq_d")? };
-            let tau = it.step(&q, &dq, &desired, scalar(dt, "dt")?).map_err(value_error)?;
+            let dt = scalar(dt, "dt")?;
+            let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
+            let tau = it.step(applied.as_ref(), &q, &dq, &desired, dt).map_err(value_error)?;
             Ok(array1(py, tau.as_slice()))
         })
     }
 
     /// Forget everything: weights, prior, last torque, count of steps.
     ///
-    /// The tracker is then as a new one, to the bit, and not frozen.
-    fn reset(&mut self) {
+    /// The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
+    /// is on the robot now [N·m], scalar or (n,); None: as it was built.
+    #[pyo3(signature = (last_tau=None))]
+    fn reset(&mut self, last_tau: Given<'_, '_>) -> PyResult<()> {
         each!(&mut self.trackers, Trackers, it => {
-            it.controller.reset(&mut it.state);
-            it.latest = None;
-        });
+            let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from));
+            it.reset(last_tau.transpose()?).map_err(value_error)
+        })
     }
 
     /// M₀v + H₀ of the latest step [N·m], (n,); None before it.
@@ -167,7 +200,7 @@ impl PyComputedTorque {
         each!(&self.trackers, Trackers, it => it.latest.map(|it| it.rho_hat.into()))
     }
 
-    /// Whether a limit cut the latest torque; nothing was learnt then.
+    /// Whether a limit cut the latest torque; nothing is learnt from its period then.
     #[getter]
     fn limited(&self) -> bool {
         each!(&self.trackers, Trackers, it => it.latest.is_some_and(|it| it.limited))
@@ -213,10 +246,11 @@ impl PyComputedTorque {
 
     /// W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
     ///
-    /// Assign to set it: adaptation goes on from there, without a prior W₀. Raises ValueError for
-    /// a wrong shape or entries that are not finite or beyond 1e150, TypeError without a
-    /// compensator. With a ``dictionary`` there is no such matrix: reading and setting raise
-    /// TypeError.
+    /// What the latest period taught is in it, as if the torque of `step` acted; the next step may
+    /// still tell another one. Assign to set it: adaptation goes on from there, without a prior W₀.
+    /// Raises ValueError for a wrong shape, entries that are not finite or beyond 1e150, or weights
+    /// beyond the ``projection_radius``; TypeError without a compensator. With a ``dictionary``
+    /// there is no such matrix: reading and setting raise TypeError.
     #[getter]
     fn weights(&self, py: Python<'_>) -> PyResult<Option<Array<2>>> {
         if self.compensator(py)?.is_none() {
@@ -224,7 +258,7 @@ impl PyComputedTorque {
         }
         each!(&self.trackers, Trackers, it => {
             let compensator = &it.controller.compensator;
-            let weights = compensator.weights(&it.state.compensator)?;
+            let weights = compensator.weights(&it.ended())?;
             Ok(Some(Array::rows(weights, compensator.rules()?)))
         })
     }
@@ -248,18 +282,18 @@ impl PyComputedTorque {
     #[getter]
     fn dictionary<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         each!(&self.trackers, Trackers, it => {
-            it.controller.compensator.dictionary(py, &it.state.compensator)
+            it.controller.compensator.dictionary(py, &it.ended())
         })
     }
 
     /// Stop adapting; the weights stay in use. Raises TypeError without a compensator.
     fn freeze(&mut self) -> PyResult<()> {
-        each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(true))
+        self.set_frozen(true)
     }
 
     /// Adapt again. Raises TypeError without a compensator.
     fn unfreeze(&mut self) -> PyResult<()> {
-        each!(&mut self.trackers, Trackers, it => it.state.compensator.set_frozen(false))
+        self.set_frozen(false)
     }
 
     /// Whether adaptation is stopped.
@@ -271,7 +305,7 @@ impl PyComputedTorque {
     /// What the controller remembers, as bytes: versioned, checksummed, exact to the bit.
     fn __getstate__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         let saved = each!(&self.trackers, Trackers, it => {
-            it.controller.compensator.save(&it.state)
+            it.controller.save(&it.state)
         });
         PyBytes::new(py, &saved)
     }
@@ -279,10 +313,10 @@ impl PyComputedTorque {
     fn __setstate__(&mut self, bytes: Any<'_, '_>) -> PyResult<()> {
         let bytes =
             bytes.cast::<PyBytes>().map_err(|_| wrong_type("saved state", bytes, "bytes"))?;
-        self.restore(bytes.as_bytes()).map_err(value_error)
+        self.restore(bytes.as_bytes(), false).map(drop).map_err(value_error)
     }
 
-    /// Write what the controller remembers (weights, last torque, steps) to a file.
+    /// Write what the controller remembers (weights, last torque, latest period) to a file.
     ///
     /// The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
     /// fails; what was there stays then. Other threads may use the controller meanwhile.
@@ -294,16 +328,30 @@ impl PyComputedTorque {
 
     /// Read what `save` wrote; the next torques are then the same to the bit.
     ///
-    /// Raises ValueError for a damaged file, or one of another version or controller, and OSError
-    /// if the file cannot be read; nothing has changed then.
-    fn load(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
+    /// Raises ValueError for a damaged file, or one of a controller with another nominal arm, other
+    /// gains, another compensator or other sets, which it names, and OSError if the file cannot be
+    /// read; nothing has changed then. ``other=True`` takes the state of another controller of the
+    /// same size all the same: you know that its weights are right here. A file of version 1 does
+    /// not say whose it is, and is taken with a UserWarning.
+    #[pyo3(signature = (path, other=false))]
+    fn load(slf: &Bound<'_, Self>, path: PathBuf, other: bool) -> PyResult<()> {
         let bytes = saving::read(slf.py(), &path)?;
-        slf.try_borrow_mut()?.restore(bytes.as_bytes()).map_err(|error| {
+        let mut twin = Self::twin(slf)?;
+        let origin = twin.restore(bytes.as_bytes(), other).map_err(|error| {
             let path = path.display();
+            let hint = match error.problem() {
+                Problem::OtherController { .. } => "; other=True takes it all the same",
+                _ => "",
+            };
             PyValueError::new_err(format!(
-                "path: got {path}, wants a file of this controller ({error})"
+                "path: got {path}, wants a file of this controller ({error}{hint})"
             ))
-        })
+        })?;
+        if origin == Origin::Unknown && !other {
+            saving::warn_of_unknown(slf.py(), &path)?;
+        }
+        slf.try_borrow_mut()?.trackers = twin.trackers;
+        Ok(())
     }
 
     fn __reduce__<'py>(

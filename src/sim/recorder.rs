@@ -82,6 +82,12 @@ impl<const N: usize> Recorder<N> {
         self.record == Record::All
     }
 
+    /// Whether all of row k enters the record.
+    #[inline]
+    pub fn takes(&self, k: usize) -> bool {
+        self.wants_all() && self.due(k)
+    }
+
     /// Records row k, in which nothing was wrong, if it is due. `own` writes the row of the
     /// compensator's own signals.
     #[inline]

@@ -30,7 +30,8 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     t: f64,
     h: f64,
 ) -> Motion<N> {
-    Held::new(plant, tau).step(motion, t, h).motion
+    let held = Held::new(plant, tau);
+    held.step((motion, &held.acceleration(motion, t)), t, h).motion
 }
 
 /// By how much friction may brake a joint within a step that RK4 follows in one part, h b/m.
@@ -83,12 +84,18 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
         }
     }
 
-    /// One step of length `h` \[s\] from time `t`, in parts where friction changes the velocity too
-    /// much for one.
-    fn step(&self, motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
-        let Some(laws) = &self.laws else {
-            return self.part(Started::Smooth(self.acceleration(motion, t)), motion, t, h);
-        };
+    /// One step of length `h` \[s\] from time `t`, where q̈ is known, in parts where friction
+    /// changes the velocity too much for one.
+    #[inline(always)]
+    fn step(&self, (motion, ddq): (&Motion<N>, &Vector<N>), t: f64, h: f64) -> Moved<N> {
+        match &self.laws {
+            None => self.part(Started::Smooth(*ddq), motion, t, h),
+            Some(laws) => self.step_braked(laws, motion, t, h),
+        }
+    }
+
+    /// The same where something opposes the motion of the joints.
+    fn step_braked(&self, laws: &[Resistance; N], motion: &Motion<N>, t: f64, h: f64) -> Moved<N> {
         let posed = self.posed(motion);
         let mut stiff = beyond_rk4(&posed, laws, h);
         let (parts, lost) = parts(&posed, laws, stiff, h);
@@ -238,27 +245,28 @@ where
         C: Compensator<N, S>,
     {
         let period = self.hold as f64 * record.dt;
-        let mut held = None;
+        let mut now: Option<(Command<N>, Held<'_, N, A, D>)> = None;
         for k in 0..=record.steps {
             let t = record.time(k);
             let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
-            if k.is_multiple_of(self.hold) && k < record.steps || held.is_none() {
-                match self.decide(state, &sample, period) {
-                    Ok(decision) => held = Some((decision, sample)),
+            if k.is_multiple_of(self.hold) && k < record.steps || now.is_none() {
+                let before = now.as_ref().map(|(_, held)| &held.applied);
+                match self.decide(state, before, &sample, period) {
+                    Ok(command) => now = Some((command, Held::new(self.plant, &command.tau))),
                     Err(error) => {
                         record.diverged(t, Cause::Rejected(error));
                         break;
                     }
                 }
             }
-            let Some(((command, audit), seen)) = held else { break };
-            let at = self.evaluate(t, sample, command, audit);
+            let Some((command, held)) = &now else { break };
+            let ddq = held.acceleration(&motion, t);
+            let audit = if record.takes(k) { self.audit(state) } else { None };
+            let at = Evaluation::new(t, sample, *command, held.applied, &ddq, audit);
             if !record.check(&at) {
                 break;
             }
-            record.take(k, &at, |row| {
-                self.controller.compensator.signals(&state.compensator, &seen, row);
-            });
+            record.take(k, &at, |row| self.signals(state, row));
             if k == record.steps {
                 break;
             }
@@ -266,7 +274,7 @@ where
                 record.interrupted(t);
                 break;
             }
-            match self.hold(&mut record, &motion, &command.tau, k) {
+            match self.hold(held, &mut record, (&motion, &ddq), k) {
                 Some(next) => motion = next,
                 None => {
                     record.diverged(t, Cause::StepTooShort);
@@ -274,48 +282,67 @@ where
                 }
             }
         }
+        // What the last period did to the state is part of the run.
+        let last = now.map(|(_, held)| held.applied);
+        if let Err(error) = self.controller.end_period(state, last.as_ref()) {
+            record.diverged(record.time(record.steps), Cause::Rejected(error));
+        }
         record.finish()
     }
 
+    /// Ends the period before with the torque that the actuators gave, and decides on the next.
+    #[inline(always)]
     fn decide<S>(
         &self,
         state: &mut State<N, S>,
+        applied: Option<&Vector<N>>,
         sample: &Sample<N>,
         period: f64,
-    ) -> Result<(Command<N>, Option<Audit<N>>)>
+    ) -> Result<Command<N>>
     where
         C: Compensator<N, S>,
     {
+        if applied.is_some() {
+            self.controller.end_period(state, applied)?;
+        }
         let Sample { q, dq, desired, .. } = sample;
-        let command = self.controller.step(state, q, dq, desired, period)?;
-        Ok((command, self.controller.compensator.audit(&state.compensator, 0, sample)))
+        self.controller.step(state, q, dq, desired, period)
     }
 
-    fn evaluate(
-        &self,
-        t: f64,
-        sample: Sample<N>,
-        command: Command<N>,
-        audit: Option<Audit<N>>,
-    ) -> Evaluation<N> {
-        let applied = self.plant.applied(&command.tau);
-        let ddq = self.plant.acceleration(&sample.q, &sample.dq, &applied, t);
-        Evaluation::new(t, sample, command, applied, &ddq, audit)
+    /// The terms of the identity at the sample that was decided on last.
+    #[inline(always)]
+    fn audit<S>(&self, state: &State<N, S>) -> Option<Audit<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        self.controller.compensator.audit(state.compensator(), 0, state.seen()?)
     }
 
-    /// The motion at row k + 1; `None` if the error control gave up.
+    /// The compensator's own signals there.
+    fn signals<S>(&self, state: &State<N, S>, row: &mut [f64])
+    where
+        C: Compensator<N, S>,
+    {
+        if let Some(seen) = state.seen() {
+            self.controller.compensator.signals(state.compensator(), seen, row);
+        }
+    }
+
+    /// The motion at row k + 1, from that at row k and q̈ there; `None` if the error control gave
+    /// up.
+    #[inline(always)]
     fn hold(
         &self,
+        held: &Held<'_, N, A, D>,
         record: &mut Recorder<N>,
-        start: &Motion<N>,
-        tau: &Vector<N>,
+        (start, ddq): (&Motion<N>, &Vector<N>),
         k: usize,
     ) -> Option<Motion<N>> {
-        let (held, t) = (Held::new(self.plant, tau), record.time(k));
+        let t = record.time(k);
         if let Method::Dp54(tolerance) = self.method {
             return held.glide(start, (t, record.dt, record.time(k + 1)), tolerance);
         }
-        let moved = held.step(start, t, record.dt);
+        let moved = held.step((start, ddq), t, record.dt);
         record.resolve(t, start, &moved);
         Some(moved.motion)
     }

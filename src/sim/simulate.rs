@@ -17,8 +17,9 @@ use crate::reference::Reference;
 
 /// Simulates the closed loop and records it.
 ///
-/// `state` is the controller's and ends as the run left it. `monitor` is told the time \[s\] before
-/// every step and may break the run off. A run that cannot go on ends early. Its
+/// `state` is the controller's and ends as the run left it, its last period included. A sampled
+/// controller is told what the plant's actuators let through. `monitor` is told the time \[s\]
+/// before every step and may break the run off. A run that cannot go on ends early. Its
 /// [`Status`](super::Status) says when and why; what was recorded so far is returned.
 ///
 /// # Errors
@@ -49,9 +50,9 @@ where
     let record = Recorder::new(steps, options, controller.compensator.channels())?;
     let system = ClosedLoop::new(plant, controller, reference);
     Ok(match (options.control_period, options.method) {
-        (None, Method::Rk4) => rk4(system, &mut state.compensator, start, record, monitor),
+        (None, Method::Rk4) => rk4(system, controller.settle(state), start, record, monitor),
         (None, Method::Dp54(tolerance)) => {
-            dp54(system, &mut state.compensator, start, record, tolerance, monitor)
+            dp54(system, controller.settle(state), start, record, tolerance, monitor)
         }
         (Some(_), _) => {
             let sampled = Sampled { plant, controller, reference, hold, method: options.method };

@@ -6,8 +6,8 @@ use std::ops::ControlFlow;
 
 use steadyarm::arm::TwoLink;
 use steadyarm::control::{
-    Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, FuzzyState, Inputs,
-    NoCompensation, State,
+    Adaptation, Compensator, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters,
+    FuzzyState, Inputs, Law, NoCompensation, State,
 };
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -91,6 +91,21 @@ pub fn everything(gain: f64) -> Adaptation<2> {
 
 pub fn fresh(controller: &Adaptive) -> AdaptiveState {
     State::new(controller.compensator.state())
+}
+
+/// What the compensator remembers at the end of the period that is pending; `state` stays as it is.
+pub fn ended<const N: usize, L, C, S>(controller: &Controller<N, L, C>, state: &State<N, S>) -> S
+where
+    L: Law<N>,
+    C: Compensator<N, S>,
+    S: Clone,
+{
+    controller.settle(&mut state.clone()).clone()
+}
+
+/// W at the end of the period that is pending, row-major.
+pub fn learnt(controller: &Adaptive, state: &AdaptiveState) -> Vec<f64> {
+    weights(controller, &ended(controller, state))
 }
 
 /// W, row-major.

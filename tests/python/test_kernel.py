@@ -173,7 +173,8 @@ def test_damaged_or_foreign_state_is_refused_and_changes_nothing() -> None:
     drive(controller, path(100))
     state = controller.__getstate__()
     assert checksummed(state[:-8]) == state
-    start = 12 + 8 * (5 + 2)
+    # Counts and last torque, fingerprints, and the pending period: dt and seven vectors.
+    start = 12 + 8 * (5 + 2 + 4 + 1 + 14)
 
     def with_word(index: int, word: bytes) -> bytes:
         at = start + 8 * index

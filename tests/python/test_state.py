@@ -60,9 +60,32 @@ def weights(seed: int, size: float, prior: bool) -> Act:
                 if prior:
                     controller.warm_start(chosen)
                 else:
-                    controller.weights = chosen
+                    # Beyond the projection's radius they are refused.
+                    with contextlib.suppress(ValueError):
+                        controller.weights = chosen
 
     return act
+
+
+def told(seed: int, share: float) -> Act:
+    """Steps that are told what acted: this share of what was commanded."""
+
+    def act(controller: sa.ComputedTorque) -> None:
+        applied = None
+        for sample in samples(5, seed):
+            applied = share * controller.step(*sample, 1e-3, applied=applied)
+
+    return act
+
+
+def looked_at(controller: sa.ComputedTorque) -> None:
+    with contextlib.suppress(TypeError):
+        controller.weights  # noqa: B018
+    controller.dictionary  # noqa: B018
+
+
+def taken_over(tau: float | None) -> Act:
+    return lambda controller: controller.reset(last_tau=tau)
 
 
 def frozen(on: bool) -> Act:
@@ -86,12 +109,20 @@ acts = st.one_of(
         weights, st.integers(0, 99), st.sampled_from([0.0, 1e-310, 0.1, 10.0]), st.booleans()
     ),
     st.builds(frozen, st.booleans()),
+    st.builds(told, st.integers(0, 99), st.sampled_from([0.0, 0.5, 1.0])),
+    st.just(looked_at),
+    st.builds(taken_over, st.sampled_from([None, 3.0])),
     st.just(again),
     st.just(sa.ComputedTorque.reset),
 )
 histories = st.lists(acts, max_size=10)
 limits = st.sampled_from(
-    [{}, {"effort_limit": 30.0}, {"effort_limit": 30.0, "effort_rate_limit": 1e3}]
+    [
+        {},
+        {"effort_limit": 30.0},
+        {"effort_limit": 30.0, "effort_rate_limit": 1e3},
+        {"effort_rate_limit": 1e3, "last_tau": (4.0, -2.0)},
+    ]
 )
 laws = st.fixed_dictionaries(
     {"gain": st.sampled_from([1.0, 100.0])},

@@ -4,10 +4,12 @@
 //! `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the
 //! weights are read once a stage and written once a step.
 
+mod saved;
 mod state;
 mod step;
 mod tasks;
 
+pub(super) use saved::FROZEN;
 pub use state::FuzzyState;
 
 use super::memory::{Buffer, Memory};
@@ -16,6 +18,7 @@ use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
 use crate::fuzzy::lanes::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
+use crate::math::{TINY_WEIGHT, unless_tiny};
 use crate::riccati::JointSolution;
 
 /// The compensator's configuration, with P solved for. Immutable.
@@ -56,7 +59,7 @@ impl<const N: usize> FuzzyCompensator<N> {
         if let Form::PerJoint { joints } = basis.form() {
             length("joints", joints, N)?;
         }
-        let update = Update::new(gains, parameters)?;
+        let update = Update::new(gains, parameters, basis.xi_bound())?;
         let places = Places::new(&basis, N, parameters.adaptation.pulls());
         Ok(Self { basis, update, places })
     }
@@ -118,14 +121,16 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// Replaces W by known weights, row-major (N × rules); adaptation goes on from there.
     ///
     /// # Errors
-    /// `weights`: wrong length, not finite, or larger than 1e150. The state is then as before.
+    /// `weights`: wrong length, not finite, or larger than 1e150; farther from zero than the
+    /// projection's radius, which would draw them back within a step. The state is then as before.
     pub fn load_weights<B: Buffer>(
         &self,
         state: &mut FuzzyState<N, B>,
         weights: &[f64],
     ) -> Result<()> {
-        self.check_weights(weights)?;
-        self.write(state, weights, 0);
+        self.check_weights(weights, false)?;
+        state.clear();
+        self.write_matrix(state, settable(weights), 0);
         Ok(())
     }
 
@@ -133,14 +138,15 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// projection pull to.
     ///
     /// # Errors
-    /// As `load_weights`.
+    /// As `load_weights`, but that no radius bounds W₀.
     pub fn warm_start<B: Buffer>(
         &self,
         state: &mut FuzzyState<N, B>,
         weights: &[f64],
     ) -> Result<()> {
-        self.check_weights(weights)?;
-        self.write(state, weights, self.matrices() - 1);
+        self.check_weights(weights, true)?;
+        state.clear();
+        self.write_matrix(state, settable(weights), self.matrices() - 1);
         Ok(())
     }
 
@@ -151,64 +157,61 @@ impl<const N: usize> FuzzyCompensator<N> {
         matrix: usize,
         weights: &mut [f64],
     ) {
-        let place = state.memory.as_slice().chunks_exact(self.matrix_len()).nth(matrix);
-        let rows = place.into_iter().flat_map(|m| m.chunks_exact(self.basis.row_len()));
+        let rows = state.rows(matrix, self.places.matrix, self.basis.row_len());
         for (padded, row) in rows.zip(weights.chunks_exact_mut(self.basis.block_rules())) {
             self.basis.add_unpacked(padded, row);
         }
     }
 
-    /// Forgets all weights and sets those of one matrix.
-    pub(super) fn write<B: Buffer>(
-        &self,
-        state: &mut FuzzyState<N, B>,
-        weights: &[f64],
-        matrix: usize,
-    ) {
-        state.clear();
-        self.write_matrix(state, weights, matrix);
-    }
-
     /// Sets W − W₀ (matrix 0) or W₀ (matrix 1).
-    pub(super) fn write_matrix<B: Buffer>(
+    fn write_matrix<B: Buffer>(
         &self,
         state: &mut FuzzyState<N, B>,
-        weights: &[f64],
+        mut weights: impl Iterator<Item = f64>,
         matrix: usize,
     ) {
         state.prior |= matrix == 1;
         let FuzzyState { memory, norms, .. } = state;
-        let place = memory.as_mut_slice().chunks_exact_mut(self.matrix_len()).nth(matrix);
-        let rows = place.into_iter().flat_map(|m| m.chunks_exact_mut(self.basis.row_len()));
-        for ((padded, row), norm) in
-            rows.zip(weights.chunks_exact(self.basis.block_rules())).zip(norms.iter_mut())
-        {
-            self.basis.pack(row, padded);
+        let len = self.places.matrix;
+        let place = &mut memory.as_mut_slice()[matrix * len..][..len];
+        for (padded, norm) in place.chunks_exact_mut(self.basis.row_len()).zip(norms.iter_mut()) {
+            self.basis.places().zip(&mut weights).for_each(|(place, w)| padded[place] = w);
             if matrix == 0 {
                 *norm = norm_squared(padded);
             }
         }
     }
 
-    pub(super) fn check_weights(&self, weights: &[f64]) -> Result<()> {
+    /// Refuses what cannot become the weights, or with `prior` W₀.
+    pub(crate) fn check_weights(&self, weights: &[f64], prior: bool) -> Result<()> {
         self.check_length(weights)?;
-        let usable = |w: f64| w.abs() <= MAX_WEIGHT;
-        within("weights", weights, usable, "weights of at most 1e150")
+        within("weights", weights, usable, USABLE)?;
+        if prior && self.matrices() > 1 {
+            return Ok(());
+        }
+        self.update.check_radius(weights.iter().map(|w| w * w).sum())
     }
 
     fn check_length(&self, weights: &[f64]) -> Result<()> {
         length("weights", weights.len(), self.weights_len())
     }
 
-    /// Length of a padded weight matrix.
-    fn matrix_len(&self) -> usize {
-        self.places.matrix
-    }
-
     /// W − W₀, and W₀ where something pulls the weights to it.
     pub(super) fn matrices(&self) -> usize {
         if self.update.parameters.adaptation.pulls() { 2 } else { 1 }
     }
+}
+
+/// What a weight may be.
+const USABLE: &str = "weights of at most 1e150";
+
+/// Weights as they are set, without tiny ones.
+fn settable(weights: &[f64]) -> impl Iterator<Item = f64> {
+    weights.iter().map(|w| unless_tiny(*w, TINY_WEIGHT))
+}
+
+fn usable(weight: f64) -> bool {
+    weight.abs() <= MAX_WEIGHT
 }
 
 impl Places {

@@ -15,7 +15,7 @@ pub struct FuzzyState<const N: usize, B: Buffer> {
     /// Whether W₀ is not zero.
     pub(in crate::control) prior: bool,
     pub(in crate::control) frozen: bool,
-    /// Steps taken, to flush denormal weights once in a while.
+    /// Steps taken, to set tiny weights to zero once in a while.
     pub(in crate::control) advances: u64,
     pub(super) stages: Stages<N>,
 }
@@ -44,6 +44,16 @@ impl<const N: usize, B: Buffer> FuzzyState<N, B> {
     /// |W − W₀|, Frobenius; W₀ is zero but for a warm start.
     pub fn weights_norm(&self) -> f64 {
         sqrt(self.norms.sum())
+    }
+
+    /// The padded rows of W − W₀ (matrix 0) or W₀ (matrix 1); matrices of length `len`.
+    pub(super) fn rows(
+        &self,
+        matrix: usize,
+        len: usize,
+        row: usize,
+    ) -> impl Iterator<Item = &[f64]> {
+        self.memory.as_slice()[matrix * len..][..len].chunks_exact(row)
     }
 
     /// A new state's weights and records; only whether adaptation is stopped stays.

@@ -9,9 +9,9 @@ use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, St
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::flush;
-use crate::math::{Runs, Shared, Vector, WHOLE};
+use crate::math::{Runs, Shared, TINY_ESTIMATE, Vector, WHOLE, unless_tiny};
 
-/// Denormal weights are looked for once in so many steps.
+/// Tiny weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
 
 impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompensator<N> {
@@ -36,6 +36,14 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         state.stages.acted(index, applied);
     }
 
+    #[inline]
+    fn admit(&self, state: &FuzzyState<N, B>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        if state.frozen {
+            return Ok(());
+        }
+        self.update.admit(&state.norms, sample, dt)
+    }
+
     fn advance(&self, state: &mut FuzzyState<N, B>, end: &Stage<'_>) -> Result<()> {
         state.stages.retracted = false;
         if state.frozen {
@@ -43,7 +51,7 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
         }
         let count = end.index;
         let stages = &mut state.stages;
-        self.update.finish(stages, &state.norms, end, self.basis.xi_bound())?;
+        self.update.finish(stages, &state.norms, end)?;
         let adaptation = &self.update.parameters.adaptation;
         if adaptation.projection_radius.is_finite() {
             let mix = stages.mixes[count];
@@ -165,11 +173,11 @@ impl<const N: usize> FuzzyCompensator<N> {
         let (basis, activation) = (&self.basis, self.activation(memory, i));
         let mut products = Vector::<N>::zeros();
         tasks.run(Products { basis, matrix: memory, activation, out: products.as_mut_slice() });
-        state.stages.own[i] = products;
+        state.stages.own[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
         if state.prior {
             let matrix = &memory[self.places.matrix..];
             tasks.run(Products { basis, matrix, activation, out: products.as_mut_slice() });
-            state.stages.prior[i] = products;
+            state.stages.prior[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
         }
     }
 

@@ -19,7 +19,6 @@
 //! modification of [`Adaptation`](super::Adaptation) is exact in this form.
 
 mod dictionary;
-#[cfg(feature = "std")]
 mod saved;
 mod state;
 mod step;
@@ -123,7 +122,7 @@ impl<const N: usize> KernelCompensator<N> {
     ) -> Result<Self> {
         length("inputs", basis.inputs(), parameters.inputs.len(N))?;
         kernel.validate()?;
-        let update = Update::new(gains, parameters)?;
+        let update = Update::new(gains, parameters, basis.xi_bound())?;
         let places = Places::new(&basis, N, kernel.capacity);
         Ok(Self { basis, update, kernel, places })
     }
@@ -183,7 +182,7 @@ impl<const N: usize> KernelCompensator<N> {
             return Ok(None);
         }
         let memory = state.memory.as_slice();
-        self.basis.read_atom(memory, atom, memberships);
+        memberships.iter_mut().zip(self.basis.atom(memory, atom)).for_each(|(p, own)| *p = own);
         Ok(Some(self.coefficient(state, atom)))
     }
 

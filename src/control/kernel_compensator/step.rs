@@ -6,9 +6,10 @@ use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage
 use crate::error::Result;
 use crate::fuzzy::lanes::Dot;
 use crate::fuzzy::{Compare, Kernel, Memberships};
-use crate::math::{Runs, Shared, Vector};
+use crate::math::{Runs, Shared, TINY_ESTIMATE, Vector, unless_tiny};
 
-/// What a record shows of the dictionary: in sampled control, after the step of its row.
+/// What a record shows of the dictionary: in sampled control, what the torque of its row was
+/// decided from.
 const CHANNELS: [Channel; 2] = [
     Channel { name: "atoms", unit: "1", width: Width::One, doc: "Atoms in the dictionary" },
     Channel {
@@ -40,12 +41,20 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
         state.stages.acted(index, applied);
     }
 
+    #[inline]
+    fn admit(&self, state: &KernelState<N, B>, sample: &Sample<N>, dt: f64) -> Result<()> {
+        if state.frozen {
+            return Ok(());
+        }
+        self.update.admit(&state.norms, sample, dt)
+    }
+
     fn advance(&self, state: &mut KernelState<N, B>, end: &Stage<'_>) -> Result<()> {
         if state.frozen {
             return Ok(());
         }
         let count = end.index;
-        self.update.finish(&mut state.stages, &state.norms, end, self.basis.xi_bound())?;
+        self.update.finish(&mut state.stages, &state.norms, end)?;
         self.write(Shared, state, count);
         Ok(())
     }
@@ -114,7 +123,8 @@ impl<const N: usize> KernelCompensator<N> {
         tasks.run(Compare { basis: &self.basis, memberships, atoms, out: &mut *out });
         for n in 0..N {
             let own = &dictionary[coefficients + n * row..][..used];
-            state.stages.own[i][n] = state.scale[n] * tasks.run(Dot { left: own, right: out });
+            let own = state.scale[n] * tasks.run(Dot { left: own, right: out });
+            state.stages.own[i][n] = unless_tiny(own, TINY_ESTIMATE);
         }
         state.stages.known[i] = 0;
     }

@@ -61,7 +61,7 @@ fn plain_steps_and_the_continuous_loop_allocate_nothing() {
     let (plant, reference) = (common::plant(), common::reference());
     let plain = Controller::new(common::nominal_law(), NoCompensation);
     let adaptive = adaptive(Form::Concat, false, 7.0);
-    let (mut memory, mut state) = (State::new(()), fresh(&adaptive).compensator);
+    let (mut memory, mut state) = (State::new(()), adaptive.compensator.state());
     let mut motion = Motion::<2>::zeros();
     let h = 1e-3;
     let calls = calls_during(|| {

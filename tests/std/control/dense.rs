@@ -1,6 +1,6 @@
 //! Rank-one updates against a dense integration of (q, q̇, W), weight by weight.
 
-use crate::common::{self, Adaptive, FORMS, Random, everything, fresh, law, modified, on, weights};
+use crate::common::{self, Adaptive, FORMS, Random, everything, fresh, law, learnt, modified, on};
 use steadyarm::control::{Adaptation, Inputs, Signal};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
@@ -140,7 +140,7 @@ fn projection(a: &Adaptation<2>, d: &[f64], growth: f64) -> f64 {
 fn assert_equals_dense(name: &str, controller: &Adaptive, prior: Option<Vec<f64>>) -> Vec<f64> {
     let mut state = fresh(controller);
     if let Some(prior) = &prior {
-        controller.compensator.warm_start(&mut state.compensator, prior).unwrap();
+        controller.compensator.warm_start(controller.settle(&mut state), prior).unwrap();
     }
     let options = Options { duration: 2.0, dt: H, q0: [0.3, -0.2], ..Options::default() };
     let (plant, reference) = (common::plant(), common::reference());
@@ -154,7 +154,7 @@ fn assert_equals_dense(name: &str, controller: &Adaptive, prior: Option<Vec<f64>
         let difference = (run.q[last][n] - q[n]).abs().max((run.dq[last][n] - dq[n]).abs());
         assert!(difference < DENSE_TOL, "{name}: q, dq differ by {difference:e}");
     }
-    let found = weights(controller, &state.compensator);
+    let found = learnt(controller, &state);
     let largest = found.iter().zip(&w).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     assert!(largest < DENSE_TOL, "{name}: weights differ by {largest:e}");
     assert!(w.iter().any(|w| w.abs() > 1e-3), "{name}: nothing was learnt");

@@ -7,11 +7,11 @@ use std::ops::ControlFlow;
 
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use steadyarm::Error;
+use steadyarm::Problem;
 use steadyarm::arm::TwoLink;
 use steadyarm::control::{
     self, Adaptation, Compensator, ComputedTorque, FuzzyCompensator, FuzzyParameters, FuzzyState,
-    KernelCompensator, KernelParameters, KernelState, Limits, NoCompensation, State,
+    KernelCompensator, KernelParameters, KernelState, Limits, NoCompensation, Origin, Saves, State,
 };
 use steadyarm::fuzzy::{Axis, KernelBasis};
 use steadyarm::math::Vector;
@@ -22,12 +22,10 @@ use steadyarm::sim::{Method, Options, Tolerance, simulate};
 use crate::common::{self, FORMS, Random, bits, with_parameters};
 
 /// What the test does to any compensator.
-trait Subject: Compensator<2, Self::Own> + Sized {
+trait Subject: Saves<2, Self::Own> + Sized {
     type Own: Clone + Debug;
 
     fn own(&self) -> Self::Own;
-    fn save(&self, state: &State<2, Self::Own>) -> Vec<u8>;
-    fn restore(&self, state: &mut State<2, Self::Own>, bytes: &[u8]) -> Result<(), Error>;
     fn freeze(state: &mut Self::Own, frozen: bool);
     fn set(&self, _: &mut Self::Own, _size: f64, _random: &mut Random, _prior: bool) {}
 }
@@ -36,12 +34,6 @@ impl Subject for NoCompensation {
     type Own = ();
 
     fn own(&self) {}
-    fn save(&self, state: &State<2>) -> Vec<u8> {
-        state.save()
-    }
-    fn restore(&self, state: &mut State<2>, bytes: &[u8]) -> Result<(), Error> {
-        State::restore(bytes).map(|restored| *state = restored)
-    }
     fn freeze((): &mut (), _: bool) {}
 }
 
@@ -51,12 +43,6 @@ impl Subject for FuzzyCompensator<2> {
     fn own(&self) -> Self::Own {
         self.state()
     }
-    fn save(&self, state: &State<2, Self::Own>) -> Vec<u8> {
-        self.save(state)
-    }
-    fn restore(&self, state: &mut State<2, Self::Own>, bytes: &[u8]) -> Result<(), Error> {
-        self.restore(state, bytes)
-    }
     fn freeze(state: &mut Self::Own, frozen: bool) {
         if frozen { state.freeze() } else { state.unfreeze() }
     }
@@ -64,7 +50,9 @@ impl Subject for FuzzyCompensator<2> {
         let weights: Vec<_> =
             (0..self.weights_len()).map(|_| size * random.within(-1.0, 1.0)).collect();
         let set = if prior { Self::warm_start } else { Self::load_weights };
-        set(self, state, &weights).unwrap();
+        let done = set(self, state, &weights);
+        let beyond = matches!(done.map_err(|e| e.problem()), Err(Problem::BeyondRadius { .. }));
+        assert!(done.is_ok() || beyond && !prior, "{done:?}");
     }
 }
 
@@ -74,12 +62,6 @@ impl Subject for KernelCompensator<2> {
     fn own(&self) -> Self::Own {
         self.state()
     }
-    fn save(&self, state: &State<2, Self::Own>) -> Vec<u8> {
-        self.save(state)
-    }
-    fn restore(&self, state: &mut State<2, Self::Own>, bytes: &[u8]) -> Result<(), Error> {
-        self.restore(state, bytes)
-    }
     fn freeze(state: &mut Self::Own, frozen: bool) {
         if frozen { state.freeze() } else { state.unfreeze() }
     }
@@ -88,13 +70,31 @@ impl Subject for KernelCompensator<2> {
 /// What may happen to a state.
 #[derive(Clone, Debug)]
 enum Act {
-    Steps { seed: u64, count: u8, dt: f64 },
+    Steps {
+        seed: u64,
+        count: u8,
+        dt: f64,
+    },
+    /// The same, told what acted: half of what was commanded, or all of it.
+    Told {
+        seed: u64,
+        count: u8,
+    },
+    /// Ends what is pending, as commanded or not.
+    Ended(bool),
     Refused(u8),
     Frozen(bool),
-    Weights { seed: u64, size: f64, prior: bool },
+    Weights {
+        seed: u64,
+        size: f64,
+        prior: bool,
+    },
     Save,
     Restore,
-    Run { method: u8, steps: u8 },
+    Run {
+        method: u8,
+        steps: u8,
+    },
     Reset,
 }
 
@@ -106,7 +106,9 @@ fn act() -> impl Strategy<Value = Act> {
     prop_oneof![
         4 => (any::<u64>(), 1..100_u8, periods)
             .prop_map(|(seed, count, dt)| Act::Steps { seed, count, dt }),
-        1 => (0..6_u8).prop_map(Act::Refused),
+        2 => (any::<u64>(), 1..20_u8).prop_map(|(seed, count)| Act::Told { seed, count }),
+        1 => any::<bool>().prop_map(Act::Ended),
+        1 => (0..7_u8).prop_map(Act::Refused),
         2 => any::<bool>().prop_map(Act::Frozen),
         3 => (any::<u64>(), sizes, any::<bool>())
             .prop_map(|(seed, size, prior)| Act::Weights { seed, size, prior }),
@@ -155,11 +157,22 @@ fn step<C: Subject>(
     random: &mut Random,
     dt: f64,
 ) -> String {
+    step_after(controller, state, None, random, dt)
+}
+
+/// The same, told what acted.
+fn step_after<C: Subject>(
+    controller: &Controller<C>,
+    state: &mut State<2, C::Own>,
+    applied: Option<&Vector<2>>,
+    random: &mut Random,
+    dt: f64,
+) -> String {
     let (q, dq) = (random.vector(0.7), random.vector(1.0));
     let desired = Setpoint::at_rest(random.vector(0.7));
-    let command = controller.step(state, &q, &dq, &desired, dt);
+    let command = controller.step_after(state, applied, &q, &dq, &desired, dt);
     let sample = steadyarm::control::Sample::new(q, dq, desired);
-    let audit = controller.compensator.audit(&state.compensator, 0, &sample);
+    let audit = controller.compensator.audit(state.compensator(), 0, &sample);
     command.map_or_else(
         |error| error.to_string(),
         |command| format!("{:?} {command:?} {audit:?}", bits(command.tau.as_slice())),
@@ -172,17 +185,18 @@ fn refused<C: Subject>(controller: &Controller<C>, state: &mut State<2, C::Own>,
     let bad = [f64::NAN, f64::INFINITY, 1e11][usize::from(kind % 3)];
     let bad = Vector::<2>::new(0.0, bad);
     let rest = Setpoint::at_rest(fine);
-    let before = controller.compensator.save(state);
+    let before = controller.save(state);
     let refusal = match kind {
         0 => controller.step(state, &bad, &fine, &rest, 1e-3),
         1 => controller.step(state, &fine, &bad, &rest, 1e-3),
         2 => controller.step(state, &fine, &fine, &Setpoint::at_rest(bad), 1e-3),
         3 => controller.step(state, &fine, &fine, &rest, 0.0),
         4 => controller.step(state, &fine, &fine, &rest, f64::NAN),
+        5 => controller.step_after(state, Some(&bad), &fine, &fine, &rest, 1e-3),
         _ => controller.step(state, &fine, &fine, &rest, 2.0),
     };
     assert!(refusal.is_err());
-    assert_eq!(controller.compensator.save(state), before);
+    assert_eq!(controller.save(state), before);
 }
 
 /// A short run; sampled where the rate is limited. All that it recorded, as one number.
@@ -220,20 +234,32 @@ fn run<C: Subject>(
 
 fn live<C: Subject>(controller: &Controller<C>, state: &mut State<2, C::Own>, history: &[Act]) {
     let compensator = &controller.compensator;
-    let mut saved = compensator.save(state);
+    let mut saved = controller.save(state);
     for act in history {
         match *act {
             Act::Steps { seed, count, dt } => {
                 let random = &mut Random(seed);
                 (0..count).for_each(|_| _ = step(controller, state, random, dt));
             }
-            Act::Refused(kind) => refused(controller, state, kind),
-            Act::Frozen(frozen) => C::freeze(&mut state.compensator, frozen),
-            Act::Weights { seed, size, prior } => {
-                compensator.set(&mut state.compensator, size, &mut Random(seed), prior);
+            Act::Told { seed, count } => {
+                let random = &mut Random(seed);
+                for _ in 0..count {
+                    let share = [0.5, 1.0][random.bits() as usize % 2];
+                    let applied = state.last_tau.map(|tau| tau * share);
+                    step_after(controller, state, applied.as_ref(), random, 1e-3);
+                }
             }
-            Act::Save => saved = compensator.save(state),
-            Act::Restore => compensator.restore(state, &saved).unwrap(),
+            Act::Ended(told) => {
+                let none = Vector::zeros();
+                _ = controller.end_period(state, told.then_some(&none));
+            }
+            Act::Refused(kind) => refused(controller, state, kind),
+            Act::Frozen(frozen) => C::freeze(controller.settle(state), frozen),
+            Act::Weights { seed, size, prior } => {
+                compensator.set(controller.settle(state), size, &mut Random(seed), prior);
+            }
+            Act::Save => saved = controller.save(state),
+            Act::Restore => _ = controller.restore(state, &saved).unwrap(),
             Act::Run { method, steps } => _ = run(controller, state, method, steps),
             Act::Reset => controller.reset(state),
         }
@@ -247,7 +273,7 @@ fn assert_same<C: Subject>(
     mut other: State<2, C::Own>,
     what: &str,
 ) {
-    let save = |state: &_| controller.compensator.save(state);
+    let save = |state: &_| controller.save(state);
     assert_eq!(save(&one), save(&other), "{what}: bytes");
     for method in 0..3 {
         let (mut one, mut other) = (one.clone(), other.clone());
@@ -274,10 +300,10 @@ fn assert_kept<C: Subject>(compensator: C, limits: Limits<2>, history: &[Act], o
     let new = format!("{state:?}");
     live(&controller, &mut state, history);
 
-    let bytes = controller.compensator.save(&state);
+    let bytes = controller.save(&state);
     let mut restored = fresh();
     live(&controller, &mut restored, other);
-    controller.compensator.restore(&mut restored, &bytes).unwrap();
+    assert_eq!(controller.restore(&mut restored, &bytes), Ok(Origin::Same));
     assert_same(&controller, state.clone(), restored, "restored");
 
     controller.reset(&mut state);
@@ -351,19 +377,20 @@ fn an_old_prior_leaves_nothing_in_the_estimate() {
         let compensator = &controller.compensator;
         let (zeros, rest) =
             (vec![0.0; compensator.weights_len()], Setpoint::at_rest(Vector::zeros()));
-        let new = compensator.save(&State::new(compensator.state()));
+        let new = controller.save(&State::new(compensator.state()));
         for way in 0..4 {
             let mut state = State::new(compensator.state());
-            compensator.warm_start(&mut state.compensator, &vec![1.0; zeros.len()]).unwrap();
+            let ones = vec![1.0; zeros.len()];
+            compensator.warm_start(controller.settle(&mut state), &ones).unwrap();
             let at_rest = |state: &mut _| {
                 controller.step(state, &Vector::zeros(), &Vector::zeros(), &rest, 1e-3).unwrap().tau
             };
             assert!(at_rest(&mut state).amax() > 1.0);
             match way {
                 0 => controller.reset(&mut state),
-                1 => compensator.reset(&mut state.compensator),
-                2 => compensator.load_weights(&mut state.compensator, &zeros).unwrap(),
-                _ => compensator.restore(&mut state, &new).unwrap(),
+                1 => compensator.reset(controller.settle(&mut state)),
+                2 => compensator.load_weights(controller.settle(&mut state), &zeros).unwrap(),
+                _ => _ = controller.restore(&mut state, &new).unwrap(),
             }
             assert_eq!(at_rest(&mut state), Vector::<2>::zeros(), "{form:?} {way} {adaptation:?}");
         }

@@ -4,6 +4,7 @@
 mod allocations;
 mod dense;
 mod histories;
+mod hold;
 mod rival;
 mod saving;
 mod step;

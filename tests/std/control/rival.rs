@@ -181,7 +181,7 @@ fn integral_action_removes_a_constant_push() {
     for control_period in [None, Some(1e-3)] {
         let options = Options { duration: 20.0, control_period, ..Options::default() };
         let (run, state) = mass(Integral(8.0), f64::INFINITY, &options);
-        let (e, z) = (run.e.last().unwrap()[0], state.compensator.z().unwrap()[0]);
+        let (e, z) = (run.e.last().unwrap()[0], state.compensator().z().unwrap()[0]);
         assert!(e.abs() < 1e-6, "{control_period:?}: {e:e}");
         assert!((8.0 * z + PUSH / M).abs() < 1e-5, "{control_period:?}: {z}");
     }
@@ -193,7 +193,7 @@ fn nothing_winds_up_while_the_actuators_cannot_follow() {
     let options = Options { duration: 2.0, ..Options::default() };
     let (run, state) = mass(Integral(8.0), 0.5 * PUSH, &options);
     assert!(run.tau.iter().all(|tau| tau[0].abs() == 0.5 * PUSH));
-    assert_eq!(state.compensator.z().unwrap()[0], 0.0);
+    assert_eq!(state.compensator().z().unwrap()[0], 0.0);
     assert!(run.e.last().unwrap()[0] < -1.0);
 }
 
@@ -210,7 +210,7 @@ impl Dynamic<2, 1> for Fragile {
 }
 
 #[test]
-fn a_refused_step_leaves_a_dynamic_as_it_was() {
+fn a_period_that_cannot_end_is_left_out_and_locks_nothing() {
     let law = ComputedTorque::new(paper::nominal().unwrap(), paper::gains().unwrap());
     let controller = Controller::new(law, Fragile);
     let (mut state, desired) =
@@ -220,12 +220,21 @@ fn a_refused_step_leaves_a_dynamic_as_it_was() {
         controller.step(state, &q, &dq, &desired, 1e-3)
     };
     step(&mut state, 0.1).unwrap();
+    controller.settle(&mut state);
     let mut twin = state.clone();
-    for bad in [1.0, f64::NAN, 1.0] {
-        let error = step(&mut state, bad).unwrap_err().to_string();
-        assert!(error.starts_with(if bad == 1.0 { "z" } else { "q" }), "{error}");
-        assert_eq!(state.compensator.z(), twin.compensator.z());
+    for _ in 0..3 {
+        // q₀ = 1 can be answered; its period has no end.
+        step(&mut state, 1.0).unwrap();
+        let before = state.clone();
+        assert!(step(&mut state, f64::NAN).unwrap_err().to_string().starts_with('q'));
+        assert_eq!(state, before);
+        let mut told = state.clone();
+        let error = controller.end_period(&mut told, None).unwrap_err().to_string();
+        assert!(error.starts_with('z'), "{error}");
+        assert_eq!(controller.end_period(&mut told, None), Ok(()));
+        // The next step learns nothing from it and goes on.
         assert_eq!(step(&mut state, 0.2).unwrap(), step(&mut twin, 0.2).unwrap());
+        assert_eq!(controller.settle(&mut state).z(), controller.settle(&mut twin).z());
     }
     controller.reset(&mut state);
     assert_eq!(state, State::new(DynamicState::new()));

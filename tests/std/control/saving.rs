@@ -1,7 +1,7 @@
 //! Saved states: the same torques afterwards, and an error for every damage.
 
 use crate::common::{
-    Adaptive, AdaptiveState, Random, bits, everything, fresh, law, modified, weights,
+    Adaptive, AdaptiveState, Random, bits, ended, everything, fresh, law, learnt, modified,
 };
 use steadyarm::control::{Inputs, Limits};
 use steadyarm::fuzzy::Form;
@@ -24,7 +24,7 @@ fn taught(controller: &Adaptive, warm: bool) -> AdaptiveState {
     let (mut state, mut random) = (fresh(controller), Random(9));
     if warm {
         let prior = vec![0.1; controller.compensator.weights_len()];
-        controller.compensator.warm_start(&mut state.compensator, &prior).unwrap();
+        controller.compensator.warm_start(controller.settle(&mut state), &prior).unwrap();
     }
     (0..500).for_each(|_| _ = torque(controller, &mut state, &mut random));
     state
@@ -36,10 +36,10 @@ fn a_restored_state_gives_the_next_ten_thousand_torques_bit_for_bit() {
         for (everything_on, warm) in [(false, false), (true, false), (true, true), (false, true)] {
             let controller = controller(form, everything_on);
             let mut state = taught(&controller, warm);
-            let bytes = controller.compensator.save(&state);
+            let bytes = controller.save(&state);
             let mut restored = fresh(&controller);
-            controller.compensator.restore(&mut restored, &bytes).unwrap();
-            assert_eq!(controller.compensator.save(&restored), bytes);
+            controller.restore(&mut restored, &bytes).unwrap();
+            assert_eq!(controller.save(&restored), bytes);
             let (mut one, mut two) = (Random(10), Random(10));
             for k in 0..10_000 {
                 let expected = torque(&controller, &mut state, &mut one);
@@ -54,21 +54,21 @@ fn a_restored_state_gives_the_next_ten_thousand_torques_bit_for_bit() {
 fn a_frozen_state_is_restored_frozen() {
     let controller = controller(Form::Concat, true);
     let mut state = taught(&controller, false);
-    state.compensator.freeze();
-    let bytes = controller.compensator.save(&state);
+    controller.settle(&mut state).freeze();
+    let bytes = controller.save(&state);
     let mut restored = fresh(&controller);
-    controller.compensator.restore(&mut restored, &bytes).unwrap();
-    assert!(restored.compensator.frozen());
+    controller.restore(&mut restored, &bytes).unwrap();
+    assert!(ended(&controller, &restored).frozen());
 }
 
 #[test]
 fn every_damaged_or_shortened_file_is_an_error_and_changes_nothing() {
     let controller = controller(Form::Shared, true);
-    let bytes = controller.compensator.save(&taught(&controller, true));
+    let bytes = controller.save(&taught(&controller, true));
     let mut state = taught(&controller, false);
     let before = format!("{state:?}");
     let mut refused = |bytes: &[u8]| {
-        assert!(controller.compensator.restore(&mut state, bytes).is_err());
+        assert!(controller.restore(&mut state, bytes).is_err());
         assert_eq!(format!("{state:?}"), before);
     };
     for place in 0..bytes.len() {
@@ -85,14 +85,17 @@ fn every_damaged_or_shortened_file_is_an_error_and_changes_nothing() {
 #[test]
 fn a_file_of_another_controller_is_refused() {
     let (shared, concat) = (controller(Form::Shared, true), controller(Form::Concat, true));
-    let bytes = shared.compensator.save(&taught(&shared, true));
-    let other = concat.compensator.restore(&mut fresh(&concat), &bytes).unwrap_err();
+    let bytes = shared.save(&taught(&shared, true));
+    let other = concat.restore(&mut fresh(&concat), &bytes).unwrap_err();
     assert_eq!(other, Error::wrong_length("rules", 5, 20));
     let plain = controller(Form::Shared, false);
     let mut state = fresh(&plain);
-    let without = plain.compensator.restore(&mut state, &bytes).unwrap_err();
+    let without = plain.restore(&mut state, &bytes).unwrap_err();
+    assert!(matches!(without.problem(), Problem::OtherController { .. }), "{without}");
+    // It has no use for the prior that is in there.
+    let without = plain.restore_from_other(&mut state, &bytes).unwrap_err();
     assert!(matches!(without.problem(), Problem::Damaged { .. }), "{without}");
-    assert!(weights(&plain, &state.compensator).iter().all(|w| *w == 0.0));
+    assert!(learnt(&plain, &state).iter().all(|w| *w == 0.0));
 }
 
 /// Magic of 12 bytes, joints, rules; then the flags, of which 16 says that the norms of both joints
@@ -112,15 +115,12 @@ fn a_file_from_before_it_had_norms_is_read() {
     for warm in [false, true] {
         let controller = controller(Form::Concat, true);
         let state = taught(&controller, warm);
-        let bytes = controller.compensator.save(&state);
+        let bytes = controller.save(&state);
         let mut restored = fresh(&controller);
-        controller.compensator.restore(&mut restored, &without_norms(&bytes)).unwrap();
-        let norm = state.compensator.weights_norm();
-        assert!((restored.compensator.weights_norm() - norm).abs() <= 1e-14 * norm);
-        assert_eq!(
-            weights(&controller, &restored.compensator),
-            weights(&controller, &state.compensator)
-        );
+        controller.restore(&mut restored, &without_norms(&bytes)).unwrap();
+        let norm = ended(&controller, &state).weights_norm();
+        assert!((ended(&controller, &restored).weights_norm() - norm).abs() <= 1e-14 * norm);
+        assert_eq!(learnt(&controller, &restored), learnt(&controller, &state));
         assert_eq!(restored.last_tau, state.last_tau);
     }
 }

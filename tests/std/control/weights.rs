@@ -1,7 +1,8 @@
 //! What the weights do between samples: bounds, decay, standstill, warm starts; and the refusals.
 
 use crate::common::{
-    self, Adaptive, AdaptiveState, Random, bits, everything, fresh, law, modified, weights,
+    self, Adaptive, AdaptiveState, Random, bits, ended, everything, fresh, law, learnt, modified,
+    weights,
 };
 use steadyarm::control::{Adaptation, FuzzyCompensator, FuzzyParameters};
 use steadyarm::control::{Gains, Inputs, Limits, Signal, State};
@@ -30,7 +31,7 @@ fn sample(controller: &Adaptive, state: &mut AdaptiveState, e: f64, de: f64) -> 
 fn taught(controller: &Adaptive) -> AdaptiveState {
     let mut state = fresh(controller);
     (0..50).for_each(|k| _ = sample(controller, &mut state, 0.3 - 0.01 * f64::from(k), 0.5));
-    assert!(state.compensator.weights_norm() > 1e-3);
+    assert!(ended(&controller, &state).weights_norm() > 1e-3);
     state
 }
 
@@ -45,7 +46,7 @@ fn projection_keeps_the_weights_in_its_ball_also_when_sampled() {
         for _ in 0..5000 {
             let (e, de) = (random.within(-1.0, 1.0), random.within(-5.0, 5.0));
             sample(&controller, &mut state, e, de);
-            let w = weights(&controller, &state.compensator);
+            let w = learnt(&controller, &state);
             largest = largest.max(w.iter().map(|w| w * w).sum::<f64>().sqrt());
         }
         assert!(largest <= radius * (1.0 + 1e-12), "{largest} {radius}");
@@ -57,9 +58,9 @@ fn projection_keeps_the_weights_in_its_ball_also_when_sampled() {
 fn leak_decays_exactly_where_nothing_is_learnt() {
     let controller = error_inputs(Adaptation { leak_rate: 0.7, ..law(7.0) });
     let mut state = taught(&controller);
-    let before = weights(&controller, &state.compensator);
+    let before = learnt(&controller, &state);
     (0..2000).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
-    for (after, before) in weights(&controller, &state.compensator).iter().zip(before) {
+    for (after, before) in learnt(&controller, &state).iter().zip(before) {
         assert!((after - before * (-0.7 * 2.0f64).exp()).abs() <= DECAY_TOL * before.abs());
     }
 }
@@ -68,7 +69,7 @@ fn leak_decays_exactly_where_nothing_is_learnt() {
 fn reported_norm_is_the_norm_of_the_weights() {
     for adaptation in [law(70.0), everything(70.0)] {
         let controller = error_inputs(adaptation);
-        let state = taught(&controller).compensator;
+        let state = ended(&controller, &taught(&controller));
         let squares: f64 = weights(&controller, &state).iter().map(|w| w * w).sum();
         assert!((state.weights_norm() / squares.sqrt() - 1.0).abs() < 1e-14);
     }
@@ -78,27 +79,27 @@ fn reported_norm_is_the_norm_of_the_weights() {
 fn frozen_weights_never_change_and_stay_in_use() {
     let controller = error_inputs(everything(7.0));
     let mut state = taught(&controller);
-    state.compensator.freeze();
-    let before = bits(&weights(&controller, &state.compensator));
+    controller.settle(&mut state).freeze();
+    let before = bits(&learnt(&controller, &state));
     let first = sample(&controller, &mut state, 0.2, 0.1);
     (0..1000).for_each(|_| _ = sample(&controller, &mut state, 0.2, -0.1));
-    assert_eq!(bits(&weights(&controller, &state.compensator)), before);
+    assert_eq!(bits(&learnt(&controller, &state)), before);
     assert_eq!(sample(&controller, &mut state, 0.2, 0.1), first);
     let without = sample(&controller, &mut fresh(&controller), 0.2, 0.1);
     assert_ne!(first, without);
-    state.compensator.unfreeze();
+    controller.settle(&mut state).unfreeze();
     sample(&controller, &mut state, 0.2, 0.1);
-    assert_ne!(bits(&weights(&controller, &state.compensator)), before);
+    assert_ne!(bits(&learnt(&controller, &state)), before);
 }
 
 #[test]
 fn loaded_weights_are_read_back_bit_for_bit_and_act_like_learnt_ones() {
     let controller = error_inputs(law(7.0));
     let mut state = taught(&controller);
-    let learnt = weights(&controller, &state.compensator);
+    let before = learnt(&controller, &state);
     let mut copy = fresh(&controller);
-    controller.compensator.load_weights(&mut copy.compensator, &learnt).unwrap();
-    assert_eq!(bits(&weights(&controller, &copy.compensator)), bits(&learnt));
+    controller.compensator.load_weights(controller.settle(&mut copy), &before).unwrap();
+    assert_eq!(bits(&learnt(&controller, &copy)), bits(&before));
     for _ in 0..100 {
         assert_eq!(
             sample(&controller, &mut copy, 0.1, 0.3),
@@ -114,14 +115,14 @@ fn a_warm_start_is_what_a_leak_returns_to() {
         let controller = error_inputs(adaptation);
         let prior: Vec<_> = (0..1250).map(|k| 0.01 * f64::from(k % 17)).collect();
         let mut state = fresh(&controller);
-        controller.compensator.warm_start(&mut state.compensator, &prior).unwrap();
-        assert_eq!(bits(&weights(&controller, &state.compensator)), bits(&prior));
-        assert_eq!(state.compensator.weights_norm(), 0.0);
+        controller.compensator.warm_start(controller.settle(&mut state), &prior).unwrap();
+        assert_eq!(bits(&learnt(&controller, &state)), bits(&prior));
+        assert_eq!(ended(&controller, &state).weights_norm(), 0.0);
         (0..100).for_each(|_| _ = sample(&controller, &mut state, 0.1, 0.3));
-        let off = state.compensator.weights_norm();
+        let off = ended(&controller, &state).weights_norm();
         (0..1000).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
         let faded = off * (-adaptation.leak_rate * 1000.0 * H).exp();
-        assert!((state.compensator.weights_norm() - faded).abs() < 1e-9 * off);
+        assert!((ended(&controller, &state).weights_norm() - faded).abs() < 1e-9 * off);
     }
 }
 
@@ -130,8 +131,8 @@ fn reset_forgets_learnt_and_loaded_weights() {
     use steadyarm::control::Compensator;
     let controller = error_inputs(everything(7.0));
     let mut state = taught(&controller);
-    controller.compensator.reset(&mut state.compensator);
-    assert!(weights(&controller, &state.compensator).iter().all(|w| *w == 0.0));
+    controller.compensator.reset(controller.settle(&mut state));
+    assert!(learnt(&controller, &state).iter().all(|w| *w == 0.0));
     let mut fresh = fresh(&controller);
     (state.last_tau, state.steps) = (None, 0);
     for _ in 0..10 {
@@ -148,13 +149,11 @@ fn nothing_is_learnt_while_the_torque_is_limited() {
         Limits { effort_limit: [0.5; 2], ..Limits::default() },
         Limits { effort_rate_limit: [1e-3; 2], ..Limits::default() },
     ];
-    for (limit, first) in limits.into_iter().zip([0, 1]) {
+    for limit in limits {
         let controller = error_inputs(law(7.0)).with_limits(limit).unwrap();
         let mut state = fresh(&controller);
-        // The first torque has no predecessor, so that no rate limits it.
-        (0..first).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
         (0..100).for_each(|_| _ = sample(&controller, &mut state, 1.0, 0.0));
-        assert_eq!(state.compensator.weights_norm(), 0.0);
+        assert_eq!(ended(&controller, &state).weights_norm(), 0.0);
     }
 }
 
@@ -166,22 +165,83 @@ fn nothing_is_learnt_inside_the_dead_zone() {
     let edge = 0.1 / (2.0f64.sqrt() * p.p12);
     let mut state = fresh(&controller);
     (0..100).for_each(|_| _ = sample(&controller, &mut state, 0.999 * edge, 0.0));
-    assert_eq!(state.compensator.weights_norm(), 0.0);
+    assert_eq!(ended(&controller, &state).weights_norm(), 0.0);
     sample(&controller, &mut state, 1.001 * edge, 0.0);
-    assert!(state.compensator.weights_norm() > 0.0);
+    assert!(ended(&controller, &state).weights_norm() > 0.0);
 }
 
-/// Denormal numbers would slow every later step: they are looked for every so many steps and set to
-/// zero.
+/// Subnormal numbers would slow a step many times: weights become zero long before, by a strong
+/// leak (at once) and by a weak one (within 256 steps), and so do their squares.
 #[test]
-fn weights_that_fade_never_stay_denormal() {
-    let controller = error_inputs(Adaptation { leak_rate: 735.0, ..law(7.0) });
-    let mut state = taught(&controller);
-    (0..900).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
-    assert!(weights(&controller, &state.compensator).iter().any(|w| w.abs() > 1e-300));
-    // 1024 steps in all: exp(-716) of weights below 1 is a denormal number, not yet zero by itself.
-    (0..74).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
-    assert!(weights(&controller, &state.compensator).iter().all(|w| *w == 0.0));
+fn weights_that_fade_are_never_subnormal_and_nor_are_their_squares() {
+    for leak_rate in [100.0, 735.0, 2e4, 1e5] {
+        let controller = error_inputs(Adaptation { leak_rate, ..law(7.0) });
+        let mut state = fresh(&controller);
+        let own = controller.settle(&mut state);
+        controller.compensator.load_weights(own, &[0.3; 1250]).unwrap();
+        let mut smallest = f64::INFINITY;
+        for _ in 0..(500e3 / leak_rate) as usize {
+            sample(&controller, &mut state, 0.0, 0.0);
+            for w in learnt(&controller, &state).iter().filter(|w| **w != 0.0) {
+                smallest = smallest.min(w * w);
+            }
+            let norm = ended(&controller, &state).weights_norm();
+            assert!(norm == 0.0 || (norm * norm).is_normal());
+        }
+        assert!(smallest.is_normal() && (leak_rate > 1e3 || smallest < 1e-230), "{smallest:e}");
+        assert!(learnt(&controller, &state).iter().all(|w| *w == 0.0), "{leak_rate}");
+    }
+}
+
+/// Whatever the samples, all over the range of numbers.
+#[test]
+fn no_weight_and_no_torque_is_ever_subnormal() {
+    let fine = |x: &f64| *x == 0.0 || (x * x).is_normal() || x.abs() > 1.0;
+    let mut random = Random(11);
+    for form in common::FORMS {
+        for normalized in [true, false] {
+            let inputs = Inputs::trajectory();
+            for controller in [
+                modified(form, normalized, Inputs::error(), law(70.0)),
+                modified(form, normalized, inputs, everything(70.0)),
+            ] {
+                let mut state = fresh(&controller);
+                for _ in 0..600 {
+                    let size = 10f64.powf(random.within(-330.0, 5.0));
+                    let mut vector = || random.vector(size);
+                    let (q, dq) = (vector(), vector());
+                    let desired = Setpoint { q: vector(), dq: vector(), ddq: vector() };
+                    let command = controller.step(&mut state, &q, &dq, &desired, H).unwrap();
+                    assert!(command.tau.iter().chain(&command.rho_hat).all(fine), "{command:?}");
+                    assert!(learnt(&controller, &state).iter().all(fine), "{form:?} {size:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Firing strengths many sigmas beyond the last set are normal numbers, or zero.
+#[test]
+fn no_firing_strength_is_subnormal() {
+    for form in common::FORMS {
+        for normalized in [true, false] {
+            let reading = Reading { form, normalized, gain: 1.0 };
+            let basis = paper::basis(reading, 4).unwrap();
+            let (mut work, mut xi) = (vec![0.0; basis.work_len()], vec![0.0; basis.rules()]);
+            let mut small = 0;
+            for k in 0..4000 {
+                let x = 0.01 * f64::from(k);
+                for at in [[x; 4], [x, 0.0, -x, 0.1], [0.0, x, 1e-300, -x]] {
+                    basis.evaluate(&at, &mut work, &mut xi).unwrap();
+                    for y in &xi {
+                        assert!(*y == 0.0 || y.is_normal(), "{form:?} {at:?}: {y:e}");
+                        small += usize::from(*y > 0.0 && *y < 1e-40);
+                    }
+                }
+            }
+            assert!(small > 0 || normalized, "{form:?}: nothing was small");
+        }
+    }
 }
 
 fn refusal(change: impl Fn(&mut Adaptation<2>)) -> String {
@@ -235,7 +295,7 @@ fn a_basis_of_another_size_and_an_equation_without_solution_are_refused() {
 #[test]
 fn bad_weights_are_refused_and_change_nothing() {
     let controller = error_inputs(everything(7.0));
-    let mut state = taught(&controller).compensator;
+    let mut state = ended(&controller, &taught(&controller));
     let before = bits(&weights(&controller, &state));
     let good = vec![0.1; 1250];
     let mut bad = good.clone();

@@ -2,10 +2,11 @@
 //! the dictionary.
 
 use steadyarm::control::{Adaptation, Compensator, Sample};
+use steadyarm::math::Vector;
 use steadyarm::sim::RK4;
 
 use super::scene::{Kernel, Memory, both, difference, drive, expanded, fresh, row_norms};
-use crate::common::{self, Adaptive, everything, law};
+use crate::common::{self, Adaptive, ended, everything, law};
 
 /// |W|² is a running sum, here of thousands of terms: relative to its largest value.
 const NORM_TOL: f64 = 1e-11;
@@ -33,9 +34,10 @@ fn assert_bounded(
     left: &common::AdaptiveState,
     right: &Memory<2>,
 ) -> [f64; 2] {
-    let wanted = common::weights(dense, &left.compensator);
-    let found = expanded(kernel, &right.compensator);
-    let (bound, lost) = (right.compensator.error_bound(), row_norms(&difference(&wanted, &found)));
+    let wanted = common::learnt(dense, left);
+    let found = expanded(kernel, right.compensator());
+    let (bound, lost) =
+        (right.compensator().error_bound(), row_norms(&difference(&wanted, &found)));
     for n in 0..2 {
         assert!(lost[n] <= bound[n] + 1e-14, "{name}, joint {n}: {} > {}", lost[n], bound[n]);
     }
@@ -44,8 +46,10 @@ fn assert_bounded(
 
 /// |W| as it is kept against that of the atoms.
 fn assert_norm(name: &str, kernel: &Kernel, state: &Memory<2>, largest: &mut f64) {
-    let (kept, found) =
-        (state.compensator.weights_norm(), row_norms(&expanded(kernel, &state.compensator)).norm());
+    let (kept, found) = (
+        state.compensator().weights_norm(),
+        row_norms(&expanded(kernel, state.compensator())).norm(),
+    );
     *largest = largest.max(found * found);
     let error = (kept * kept - found * found).abs();
     assert!(error <= NORM_TOL * *largest, "{name}: {kept} {found}");
@@ -65,7 +69,7 @@ fn what_is_merged_stays_below_the_bound() {
                         assert_norm(&name, &pair.1, kernel, &mut norm);
                     }
                     if k + 1 == STEPS {
-                        let state = &kernel.compensator;
+                        let state = kernel.compensator();
                         assert!(state.merged() > 200 && state.dropped() == 0, "{name}");
                         let added = state.atoms() as u64 + state.merged();
                         assert!(
@@ -92,7 +96,7 @@ fn a_full_dictionary_stays_full_counts_what_goes_and_keeps_its_bound() {
                 let name = format!("{name} {normalized} {capacity}");
                 let (mut norm, mut fewest) = (0.0, 0);
                 drive(&pair, STEPS, DT, |k, dense, kernel| {
-                    let state = &kernel.compensator;
+                    let state = kernel.compensator();
                     assert!(state.atoms() <= capacity && state.atoms() >= fewest);
                     fewest = state.atoms();
                     if k % 50 == 49 {
@@ -123,17 +127,17 @@ fn stages_of_one_step_are_merged_one_after_the_other() {
             for (k, step) in samples.windows(4).step_by(2).enumerate() {
                 for (index, (q, dq, desired)) in step.iter().enumerate() {
                     let (stage, sample) = (RK4.stage(index, DT), Sample::new(*q, *dq, *desired));
-                    pair.0.compensator.estimate(&mut left.compensator, &stage, &sample);
-                    pair.1.compensator.estimate(&mut right.compensator, &stage, &sample);
+                    pair.0.compensator.estimate(pair.0.settle(&mut left), &stage, &sample);
+                    pair.1.compensator.estimate(pair.1.settle(&mut right), &stage, &sample);
                 }
-                pair.0.compensator.advance(&mut left.compensator, &RK4.end(DT, 4)).unwrap();
-                pair.1.compensator.advance(&mut right.compensator, &RK4.end(DT, 4)).unwrap();
+                pair.0.compensator.advance(pair.0.settle(&mut left), &RK4.end(DT, 4)).unwrap();
+                pair.1.compensator.advance(pair.1.settle(&mut right), &RK4.end(DT, 4)).unwrap();
                 if k % 10 == 9 {
                     assert_bounded(name, &pair, &left, &right);
                     assert_norm(name, &pair.1, &right, &mut norm);
                 }
             }
-            let state = &right.compensator;
+            let state = right.compensator();
             assert_eq!(state.merged() > 0, tolerance > 0.0);
             assert_eq!(state.dropped() > 0, capacity < 30, "{}", state.atoms());
         }
@@ -148,7 +152,7 @@ fn the_norm_is_that_of_the_dictionary_with_every_modification() {
             let name = format!("{normalized} {capacity} {tolerance}");
             let (mut largest, mut radius) = (0.0, 0.0_f64);
             drive(&pair, STEPS, DT, |k, _, kernel| {
-                radius = radius.max(kernel.compensator.weights_norm());
+                radius = radius.max(kernel.compensator().weights_norm());
                 if k % 50 == 49 {
                     assert_norm(&name, &pair.1, kernel, &mut largest);
                 }
@@ -168,17 +172,17 @@ fn a_frozen_state_keeps_every_atom_and_a_reset_one_forgets_them() {
         samples.iter().take(count).map(step).collect::<Vec<_>>()
     };
     let first = run(&mut state, 300);
-    state.compensator.freeze();
-    let (atoms, norm) = (state.compensator.atoms(), state.compensator.weights_norm());
-    let bound = state.compensator.error_bound();
+    kernel.settle(&mut state).freeze();
+    let figures = |state: &Memory<2>| {
+        let own = ended(&kernel, state);
+        (own.atoms(), own.weights_norm(), own.error_bound())
+    };
+    let (atoms, norm, bound) = figures(&state);
     assert!(atoms > 5 && norm > 0.1 && bound.norm() > 0.0);
     let again = run(&mut state, 300);
     assert_eq!(again, run(&mut state, 300));
-    let frozen = (state.compensator.atoms(), state.compensator.weights_norm());
-    assert_eq!((frozen, state.compensator.error_bound()), ((atoms, norm), bound));
-    kernel.compensator.reset(&mut state.compensator);
-    state.compensator.unfreeze();
-    assert_eq!(state.compensator.atoms(), 0);
-    assert_eq!(state.compensator.weights_norm(), 0.0);
+    assert_eq!(figures(&state), (atoms, norm, bound));
+    kernel.compensator.reset(kernel.settle(&mut state));
+    assert_eq!(figures(&state), (0, 0.0, Vector::zeros()));
     assert_eq!(first, run(&mut state, 300));
 }

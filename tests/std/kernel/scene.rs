@@ -82,6 +82,8 @@ pub fn drive(
     for (k, (q, dq, desired)) in common::samples().iter().cycle().take(steps).enumerate() {
         dense.step(&mut left, q, dq, desired, dt).unwrap();
         kernel.step(&mut right, q, dq, desired, dt).unwrap();
+        // Looked at where the period has ended.
+        _ = (dense.settle(&mut left), kernel.settle(&mut right));
         seen(k, &left, &right);
     }
 }

@@ -95,7 +95,7 @@ fn a_frozen_compensator_carries_too() {
     let mut state = fresh(&controller);
     let learning = simulate(&plant(), &controller, &mut state, &reference(), &options(), on);
     assert!(learning.is_ok());
-    state.compensator.freeze();
+    controller.settle(&mut state).freeze();
     let mut other = state.clone();
     let carried = simulate(&plant(), &controller, &mut state, &reference(), &options(), on);
     let Controller { law, compensator, .. } = controller;

@@ -62,7 +62,7 @@ fn a_compensators_own_signals_are_those_of_its_state() {
     let recorded = run(&options());
     let (atoms, bound) = (recorded.values("atoms"), recorded.values("error_bound"));
     let (atoms, bound) = (atoms.unwrap(), bound.unwrap());
-    let mut state = fresh(&controller).compensator;
+    let mut state = controller.compensator.state();
     let mut motion = Motion { q: options().q0.into(), dq: options().dq0.into() };
     let mut system = ClosedLoop::new(&plant, &controller, &reference);
     for k in 0..recorded.t.len() {
@@ -134,7 +134,8 @@ impl Compensator<2, f64> for Counting {
 const COUNT: Channel = Channel { name: "count", unit: "1", width: Width::One, doc: "Samples" };
 const SEEN: Channel = Channel { name: "seen", unit: "rad", width: Width::Joints, doc: "Position" };
 
-/// Held torque: the controller's rows are those of its last sample.
+/// Held torque: the controller's rows are those of its last sample, with the memory that it was
+/// decided from: `Counting` counts the periods that have ended.
 #[test]
 fn rows_between_samples_are_those_of_the_sample() {
     let (plant, reference, options) = (common::plant(), common::reference(), options());
@@ -145,7 +146,7 @@ fn rows_between_samples_are_those_of_the_sample() {
     let run = simulate(&plant, &controller, &mut state, &reference, &options, on).unwrap();
     let (count, seen) = (run.values("count").unwrap(), run.values("seen").unwrap());
     for k in 0..run.t.len() - 1 {
-        assert_eq!(count[k], (k / 4 + 1) as f64);
+        assert_eq!(count[k], (k / 4) as f64);
         assert_eq!(seen[2 * k..2 * k + 2], run.q[k - k % 4]);
     }
     assert!(run.v.is_empty() && run.weights_norm.is_empty());

@@ -69,7 +69,9 @@ fn driven(controller: &Controller, turns: [f64; 2]) -> (Vec<Vector<2>>, Vec<u8>)
         controller.step(&mut state, &read, &Vector::zeros(), &desired, 0.01).unwrap().tau
     });
     let tau = tau.collect();
-    (tau, controller.compensator.save(&state))
+    // What is pending has the position as it was read.
+    controller.settle(&mut state);
+    (tau, controller.save(&state))
 }
 
 /// The column's angle is in no entry of M and H, so its turns leave the bits of all torques.

@@ -15,7 +15,7 @@ fn before_and_after(controller: &Adaptive) -> [f64; 2] {
     let mut state = fresh(controller);
     let options = Options { duration: 60.0, ..Options::default() };
     let learning = simulate(&plant, controller, &mut state, &reference, &options, on).unwrap();
-    state.compensator.freeze();
+    controller.settle(&mut state).freeze();
     let later = |t: f64| reference.at(t + 60.0);
     let disturbance =
         |q: &Vector<2>, dq: &Vector<2>, t: f64| plant.disturbance.torque(q, dq, t + 60.0);

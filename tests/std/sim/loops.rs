@@ -1,7 +1,7 @@
 //! `simulate` is the loop that a user would write with the public step: the same bits.
 
 use crate::common::{
-    self, Adaptive, AdaptiveState, adaptive, bits, everything, fresh, modified, on, weights,
+    self, Adaptive, AdaptiveState, adaptive, bits, everything, fresh, learnt, modified, on, weights,
 };
 use steadyarm::control::{Inputs, Limits};
 use steadyarm::error::Error;
@@ -36,9 +36,17 @@ fn controllers() -> [Adaptive; 3] {
 }
 
 fn simulated(controller: &Adaptive, options: &Options<2>) -> (Run<2>, AdaptiveState) {
+    simulated_with(&common::plant(), controller, options)
+}
+
+fn simulated_with(
+    plant: &common::PaperPlant,
+    controller: &Adaptive,
+    options: &Options<2>,
+) -> (Run<2>, AdaptiveState) {
     let mut state = fresh(controller);
-    let (plant, reference) = (common::plant(), common::reference());
-    let run = simulate(&plant, controller, &mut state, &reference, options, on).unwrap();
+    let reference = common::reference();
+    let run = simulate(plant, controller, &mut state, &reference, options, on).unwrap();
     assert_eq!(run.status, Status::Finished);
     assert_eq!(run.t.len(), STEPS + 1);
     (run, state)
@@ -53,28 +61,32 @@ fn assert_same_rows(run: &Run<2>, k: usize, motion: &Motion<2>, tau: &Vector<2>)
 
 #[test]
 fn simulate_equals_manual_sampled_loop_bit_for_bit() {
-    let (plant, reference) = (common::plant(), common::reference());
+    let reference = common::reference();
     for controller in controllers() {
-        for hold in [1, 5] {
+        for (hold, drive) in [(1, f64::INFINITY), (5, f64::INFINITY), (1, 4.0), (5, 4.0)] {
+            let plant = common::plant().with_effort_limit([drive; 2]).unwrap();
             let period = hold as f64 * H;
-            let (run, after) = simulated(&controller, &options(Some(period)));
+            let (run, after) = simulated_with(&plant, &controller, &options(Some(period)));
             let (mut state, mut motion) = (fresh(&controller), start());
-            let mut tau = Vector::zeros();
+            let (mut tau, mut applied) = (Vector::zeros(), None);
             for k in 0..STEPS {
                 let t = k as f64 * H;
                 if k % hold == 0 {
                     let (q, dq, desired) = (&motion.q, &motion.dq, reference.at(t));
-                    tau = controller.step(&mut state, q, dq, &desired, period).unwrap().tau;
+                    let told = applied.as_ref();
+                    let command =
+                        controller.step_after(&mut state, told, q, dq, &desired, period).unwrap();
+                    tau = plant.applied(&command.tau);
+                    applied = Some(tau);
                 }
                 assert_same_rows(&run, k, &motion, &tau);
                 motion = hold_torque(&plant, &motion, &tau, t, H);
             }
             assert_same_rows(&run, STEPS, &motion, &tau);
+            controller.end_period(&mut state, applied.as_ref()).unwrap();
+            assert_eq!(controller.save(&state), controller.save(&after));
             assert_eq!((state.steps, state.last_tau), (after.steps, after.last_tau));
-            assert_eq!(
-                bits(&weights(&controller, &state.compensator)),
-                bits(&weights(&controller, &after.compensator))
-            );
+            assert_eq!(bits(&learnt(&controller, &state)), bits(&learnt(&controller, &after)));
         }
     }
 }
@@ -85,7 +97,7 @@ fn simulate_equals_manual_continuous_loop_bit_for_bit() {
     for mut controller in controllers() {
         controller.limits.effort_rate_limit = [f64::INFINITY; 2];
         let (run, after) = simulated(&controller, &options(None));
-        let (mut state, mut motion) = (fresh(&controller).compensator, start());
+        let (mut state, mut motion) = (controller.compensator.state(), start());
         let mut system = ClosedLoop::new(&plant, &controller, &reference);
         for k in 0..=STEPS {
             let (t, end) = (k as f64 * H, (k + 1) as f64 * H);
@@ -98,10 +110,7 @@ fn simulate_equals_manual_continuous_loop_bit_for_bit() {
                 motion = system.finish(&mut state, (t, H, end), &motion, &start).unwrap().motion;
             }
         }
-        assert_eq!(
-            bits(&weights(&controller, &state)),
-            bits(&weights(&controller, &after.compensator))
-        );
+        assert_eq!(bits(&weights(&controller, &state)), bits(&learnt(&controller, &after)));
     }
 }
 
