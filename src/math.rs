@@ -13,6 +13,24 @@ pub type Vector<const N: usize> = nalgebra::SVector<f64, N>;
 /// A square matrix over `N` joints (or `N` states).
 pub type Matrix<const N: usize> = nalgebra::SMatrix<f64, N, N>;
 
+/// Up to so many joints a stage is compiled as a whole, in line with each caller: it then computes
+/// only what its caller uses, and its numbers stay in registers. Written to memory one by one and
+/// read back as a vector, they would miss store forwarding. Beyond, a stage takes far longer than
+/// a call, and all callers share its parts.
+pub(crate) const WHOLE: usize = 2;
+
+/// What `body`, a part of a stage, gives: in line up to [`WHOLE`] joints, and beyond in a copy that
+/// all callers of the function around it share.
+#[inline(always)]
+pub(crate) fn part<const N: usize, T>(body: impl FnOnce() -> T) -> T {
+    if N <= WHOLE { body() } else { apart(body) }
+}
+
+#[inline(never)]
+fn apart<T>(body: impl FnOnce() -> T) -> T {
+    body()
+}
+
 /// Numbers that are worked on side by side, however many a register holds. Rows of weights are
 /// whole multiples of this long.
 pub(crate) const LANES: usize = 8;
@@ -97,6 +115,39 @@ fn brought_around(x: f64) -> f64 {
 #[inline]
 pub fn tanh(x: f64) -> f64 {
     libm::tanh(x)
+}
+
+/// What is smaller than these is zero, so that no product of a step is a subnormal number, with
+/// which a processor is many times slower. With signals of 1e-30, s and dt make terms of 1e-50;
+/// with the two factors of a firing strength, 1e-45 each, they change weights by 1e-140, whose
+/// squares are normal. All of them are far below what a signal, rule or weight can mean.
+pub(crate) const TINY_SIGNAL: f64 = 1e-30;
+pub(crate) const TINY_STRENGTH: f64 = 1e-45;
+pub(crate) const TINY_TERM: f64 = 1e-50;
+pub(crate) const TINY_ESTIMATE: f64 = 1e-100;
+pub(crate) const TINY_WEIGHT: f64 = 1e-120;
+/// The same for ξ(x)·ξ(y), and for squared norms.
+pub(crate) const TINY_KERNEL: f64 = 1e-120;
+pub(crate) const TINY_SQUARE: f64 = 1e-200;
+
+/// x, or 0 where |x| is smaller than `least`.
+#[inline(always)]
+pub(crate) fn unless_tiny(x: f64, least: f64) -> f64 {
+    if x.abs() < least { 0.0 } else { x }
+}
+
+/// The same in every lane.
+#[inline(always)]
+pub(crate) fn lanes_unless_tiny<S: Simd>(simd: S, x: S::f64s, least: f64) -> S::f64s {
+    let tiny = simd.less_than_f64s(simd.abs_f64s(x), simd.splat_f64s(least));
+    simd.select_f64s(tiny, simd.splat_f64s(0.0), x)
+}
+
+/// e^(−x) for x ≥ 0, or 0 below [`TINY_TERM`].
+#[inline]
+pub(crate) fn decay(x: f64) -> f64 {
+    const LARGEST: f64 = 115.0;
+    if x > LARGEST { 0.0 } else { exp(-x) }
 }
 
 /// √x, correctly rounded.

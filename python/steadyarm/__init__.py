@@ -38,6 +38,7 @@ from ._scene import VERSION as _VERSION
 from .design import DesignReport, design
 from .metrics import Metrics
 from .run import Certificate, Channel, Run, Status
+from .scenario import Scene
 from .simulation import replay, simulate
 
 if _TYPE_CHECKING:
@@ -67,6 +68,7 @@ __all__ = [
     "Quintic",
     "RiccatiSolution",
     "Run",
+    "Scene",
     "Serial",
     "Sines",
     "Status",

@@ -42,7 +42,7 @@ __all__ = [
     "design",
     "desired_motion",
     "metrics",
-    "paper_settings",
+    "paper_scenario",
     "read_scenario",
     "simulate",
 ]
@@ -114,7 +114,21 @@ class NoStabilizingSolution(ValueError):
     max_scale: float
 
 @disjoint_base
-class Arm:
+class Settings:
+    """What is nothing but its arguments: two are equal, with one hash, when these are.
+
+    ``copy.replace(it, argument=value)``, or before Python 3.13 ``it.__replace__(argument=value)``,
+    is a copy with other arguments. It can be pickled; its repr shows every argument, long lists by
+    their first and last entry.
+    """
+
+    def __eq__(self, other: object, /) -> bool: ...
+    def __hash__(self) -> int: ...
+    def __replace__(self, /, **changes: Any) -> Self: ...
+    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]: ...
+
+@disjoint_base
+class Arm(Settings):
     """An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
 
     ``M(q) ddq + H(q, dq) + s(q, dq) = tau`` with ``H = C dq + G + f`` (6).
@@ -209,13 +223,13 @@ class TwoLink(Arm):
         """Return the same arm with this friction in place of its own; scalars or (2,)."""
     def with_gravity(self, gravity: float) -> TwoLink:
         """Return the same arm under another ``gravity`` [m/s²]; 0 for one that lies flat."""
-    def __reduce__(self) -> tuple[type[TwoLink], tuple[Any, ...]]: ...
 
 @final
 class Serial(Arm):
     """A serial arm of 1 to 12 revolute and prismatic joints on a fixed base.
 
-    Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit.
+    Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit, and
+    two are equal when all that it says is. `with_payload` and the like are copies with changes.
 
     Raises
     ------
@@ -418,7 +432,7 @@ class Serial(Arm):
     def __reduce__(self) -> tuple[Any, tuple[str]]: ...
 
 @final
-class Excess:
+class Excess(Settings):
     """A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`."""
 
     def __new__(
@@ -460,21 +474,6 @@ class Excess:
     @property
     def message(self) -> str:
         """All of that in words, as ``str`` gives it."""
-    def __reduce__(self) -> tuple[type[Excess], tuple[Any, ...]]: ...
-
-@disjoint_base
-class Settings:
-    """What is nothing but its arguments: two are equal, with one hash, when these are.
-
-    ``copy.replace(it, argument=value)``, or before Python 3.13 ``it.__replace__(argument=value)``,
-    is a copy with other arguments. It can be pickled; its repr shows every argument, long lists by
-    their first and last entry.
-    """
-
-    def __eq__(self, other: object, /) -> bool: ...
-    def __hash__(self) -> int: ...
-    def __replace__(self, /, **changes: Any) -> Self: ...
-    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...]]: ...
 
 @final
 class FuzzyBasis(Settings):
@@ -521,6 +520,12 @@ class FuzzyBasis(Settings):
     @property
     def form(self) -> Literal["grid", "shared", "concat", "per_joint"]:
         """How the sets combine to rules."""
+    @property
+    def centers(self) -> list[Any]:
+        """Centres of the sets: a list for all inputs, or a list of lists, one an input."""
+    @property
+    def width(self) -> Any:
+        """σ of the sets, as it was given."""
     @property
     def normalized(self) -> bool:
         """Whether ξ is normalised (4)."""
@@ -648,7 +653,9 @@ class ComputedTorque:
     ``arm`` is continuous, e is taken around the circle, -π <= e < π.
 
     The object remembers its weights, its last torque, the number of its steps, and the period that
-    is going on. Pickled or saved and restored, its next torques are the same to the bit.
+    is going on. Pickled or saved and restored, its next torques are the same to the bit. What
+    remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+    first step.
 
     Parameters
     ----------
@@ -789,13 +796,15 @@ class ComputedTorque:
         """
     def __getstate__(self) -> bytes: ...
     def __setstate__(self, bytes: bytes) -> None: ...
+    def __replace__(self, /, **changes: Any) -> ComputedTorque: ...
     def __reduce__(self) -> tuple[type[ComputedTorque], tuple[Any, ...], bytes]: ...
 
 @final
-class Plant:
+class Plant(Settings):
     """What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
 
-    That is (6) with the `Serial.stops` of the arm, if it has any.
+    That is (6) with the `Serial.stops` of the arm, if it has any. Two are equal when arm, limits
+    and disturbance are; a callable is as Python says, mostly to itself alone.
 
     Parameters
     ----------
@@ -829,7 +838,6 @@ class Plant:
         would be unstable. Returns q [rad] and dq [rad/s] at t + dt.
         Raises ValueError naming what is not finite, and whatever a callable disturbance raises.
         """
-    def __reduce__(self) -> tuple[type[Plant], tuple[Any, ...]]: ...
 
 @disjoint_base
 class Motion(Settings):
@@ -992,8 +1000,8 @@ def simulate(
     started in, and the parts of a tracker in the state that it ended in.
     """
 
-def paper_settings() -> dict[str, dict[str, Any]]:
-    """Return the paper's third simulation in each reading, as sections of arguments."""
+def paper_scenario(number: int, preset: str) -> str:
+    """Return a simulation of the paper, "printed" or "claimed", as TOML."""
 
 def read_scenario(text: str) -> dict[str, Any]:
     """Read a scenario in TOML: objects by section, None for a section that it does not have.
@@ -1001,9 +1009,10 @@ def read_scenario(text: str) -> dict[str, Any]:
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
     ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``.
-    Keys are the arguments of the classes. Raises ValueError naming the path of what is unknown, of
-    the wrong type or out of range: ``compensator.gain[1]: got -1, wants a number > 0``.
+    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
+    ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+    naming the path of what is unknown, of the wrong type or out of range:
+    ``compensator.gain[1]: got -1, wants a number > 0``.
     """
 
 def channels() -> list[tuple[str, str, bool, str]]:

@@ -6,7 +6,16 @@ import argparse
 from typing import TYPE_CHECKING
 
 from . import paper
-from ._options import FAILED, Refused, command, harmonics, number, numbers
+from ._options import (
+    FAILED,
+    Refused,
+    add_scenario,
+    command,
+    harmonics,
+    number,
+    numbers,
+    scene_of,
+)
 from ._simulate import add_compensator
 from ._streams import say
 from .design import design
@@ -26,6 +35,7 @@ def add_design(commands: Commands) -> None:
         "The verdict is in words; the exit code is 1 if it says not to run this.",
         _design,
     )
+    add_scenario(parser.add_argument_group("scene"))
     feedback = parser.add_argument_group("controller").add_argument
     feedback(
         "--kp",
@@ -70,14 +80,12 @@ def add_design(commands: Commands) -> None:
 
 
 OVERRIDES = ("kp", "kv", "q", "form", "normalized", "gain", "inputs", "leak_rate", "gamma")
-"""Options that go to `paper.simulation` if they are given."""
+"""Options that change the scene if they are given."""
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    chosen = {name: getattr(arguments, name) for name in OVERRIDES}
-    chosen = {name: value for name, value in chosen.items() if value is not None}
     try:
-        scene = paper.simulation(3, arguments.preset, **chosen)
+        scene = scene_of(arguments, 3, OVERRIDES)
         report = design(
             scene.tracker,
             period=arguments.period,

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import errno
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
+from . import paper
 from ._files import check
+from .scenario import Scene
 
 if TYPE_CHECKING:
     Commands = argparse._SubParsersAction["Parser"]
@@ -93,6 +95,38 @@ def names(text: str) -> str | list[str]:
 def picture(text: str) -> Path:
     """A picture file."""
     return _file(text, PICTURES)
+
+
+def add_scenario(group: argparse._ArgumentGroup) -> None:
+    """Add the options that choose the scene: a file, or a reading of the paper."""
+    chosen = group.add_mutually_exclusive_group()
+    chosen.add_argument(
+        "--scenario",
+        metavar="FILE.toml",
+        type=Path,
+        help="your own scene instead of the paper's; `steadyarm scenario` writes one to start from",
+    )
+    chosen.add_argument(
+        "--preset",
+        choices=tuple(paper.PRESETS),
+        default="printed",
+        help="how the paper is read: printed is inert, claimed works (default: printed)",
+    )
+
+
+def scene_of(
+    arguments: argparse.Namespace, number: Literal[1, 2, 3], names: Sequence[str]
+) -> Scene:
+    """The scene that was chosen, with those of the options of these names that were given."""
+    chosen = {name: getattr(arguments, name) for name in names}
+    chosen = {name: value for name, value in chosen.items() if value is not None}
+    if arguments.scenario is None:
+        return paper.simulation(number, arguments.preset, **chosen)
+    try:
+        return Scene.read(arguments.scenario, **chosen)
+    except OSError as error:
+        why = error.strerror or error
+        raise Refused(f"--scenario: cannot read {arguments.scenario}: {why}") from error
 
 
 def record(text: str) -> Path:

@@ -68,7 +68,7 @@ class Scene:
         arguments = dict(zip(PARAMETERS["ComputedTorque"], tracker, strict=True))
         parts = {
             "steadyarm": VERSION,
-            "joint_names": joint_names(plant.arm, len(arguments["kp"])),
+            "joint_names": joint_names(plant.arm, plant.arm.joints),
             "plant": plant,
             "tracker": {"ComputedTorque": arguments},
             "reference": reference,
@@ -137,6 +137,11 @@ def joint_names(arm: Any, joints: int) -> list[str]:
     return [str(joint + 1) for joint in range(joints)]
 
 
+def arguments(value: Any) -> dict[str, Any]:
+    """The arguments of one of `CLASSES` by name."""
+    return dict(zip(PARAMETERS[type(value).__name__], value.__reduce__()[1], strict=True))
+
+
 def _option(name: str, value: Any) -> Any:
     """An option in plain values: what is done to an array later changes no run."""
     if value is None or isinstance(value, str):
@@ -158,8 +163,7 @@ def _plain(value: Any) -> Any:
         return {"Serial": value.to_toml()}
     name = type(value).__name__
     if CLASSES.get(name) is type(value):
-        arguments = value.__reduce__()[1]
-        return {name: _plain(dict(zip(PARAMETERS[name], arguments, strict=True)))}
+        return {name: _plain(arguments(value))}
     return {"callable": getattr(value, "__qualname__", name)}
 
 

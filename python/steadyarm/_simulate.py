@@ -12,6 +12,7 @@ from ._options import (
     FAILED,
     STOPPED,
     Refused,
+    add_scenario,
     check_files,
     command,
     names,
@@ -19,6 +20,7 @@ from ._options import (
     numbers,
     picture,
     record,
+    scene_of,
 )
 from ._streams import say, tell
 from .run import Run
@@ -33,8 +35,8 @@ def add_simulate(commands: Commands) -> None:
         commands,
         "simulate",
         "one run: how it ended, the error, the torque, the certificate",
-        "Run one scene of the paper. What you do not give is the paper's. A value for each joint\n"
-        'is written "7,70"; fractions like 1/7 are understood.',
+        "Run one scene, of the paper or of a file. What you do not give is as it says.\n"
+        'A value for each joint is written "7,70"; fractions like 1/7 are understood.',
         _simulate,
     )
     _add_scene(parser.add_argument_group("scene"))
@@ -45,6 +47,7 @@ def add_simulate(commands: Commands) -> None:
 
 
 def _add_scene(group: argparse._ArgumentGroup) -> None:
+    add_scenario(group)
     add = group.add_argument
     add(
         "--simulation",
@@ -83,12 +86,6 @@ def _add_controller(group: argparse._ArgumentGroup) -> None:
 def add_compensator(group: argparse._ArgumentGroup) -> None:
     """Add the options of the compensator."""
     add = group.add_argument
-    add(
-        "--preset",
-        choices=tuple(paper.PRESETS),
-        default="printed",
-        help="how the paper is read: printed is inert, claimed works (default: printed)",
-    )
     add(
         "--form",
         choices=reproduction.FORMS,
@@ -148,7 +145,6 @@ def _add_numerics(group: argparse._ArgumentGroup) -> None:
     add(
         "--method",
         choices=("rk4", "dp54"),
-        default="rk4",
         help="rk4: fixed step. dp54: error control (default: rk4)",
     )
 
@@ -182,19 +178,17 @@ OVERRIDES = (
     "gamma",
     "duration",
     "dt",
+    "method",
+    "control_period",
 )
-"""Options of ``simulate`` that go to `paper.simulation` if they are given."""
+"""Options of ``simulate`` that change the scene if they are given."""
 
 
 def _simulate(arguments: argparse.Namespace) -> int:
     check_files(arguments.plot, arguments.save)
-    chosen = {name: getattr(arguments, name) for name in OVERRIDES}
-    chosen = {name: value for name, value in chosen.items() if value is not None}
     try:
-        scene = paper.simulation(arguments.simulation, arguments.preset, **chosen)
+        scene = scene_of(arguments, arguments.simulation, OVERRIDES)
         run = scene.run(
-            method=arguments.method,
-            control_period=arguments.control_period,
             record_every=arguments.record_every,
             progress=sys.stderr.isatty() and scene.duration > PATIENCE,
         )
@@ -259,10 +253,12 @@ def _report(run: Run, arguments: argparse.Namespace) -> str:
 
 def _scene(arguments: argparse.Namespace) -> str:
     """The scene, with what was changed in it."""
-    words = [f"simulation {arguments.simulation}"]
-    if arguments.simulation == 3:
-        words.append(f"preset {arguments.preset}")
-    for name in (*OVERRIDES, "control_period"):
+    if arguments.scenario is not None:
+        words = [str(arguments.scenario)]
+    else:
+        words = [f"simulation {arguments.simulation}"]
+        words += [f"preset {arguments.preset}"] * (arguments.simulation == 3)
+    for name in OVERRIDES:
         value = getattr(arguments, name)
         if name == "normalized" and value is not None:
             words.append("normalized" if value else "raw")

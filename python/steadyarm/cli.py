@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import __version__, _files, _streams, reproduction
+from . import __version__, _files, _streams, paper, reproduction
 from ._design import add_design
 from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
 from ._simulate import add_simulate
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Tracking control of robot arms whose dynamics nobody knows exactly: a model-based controller
 (computed torque), plus a fuzzy compensator that learns, while the arm moves, what the model leaves
-out. This command runs the scenes of the paper, a two-joint arm; for your own arm use the Python or
-Rust package.
+out. This command runs the scenes of the paper, a two-joint arm, and your own of such an arm; for
+other arms use the Python or Rust package.
 """
 
 EPILOG = """\
@@ -35,6 +35,7 @@ try:
   steadyarm reproduce                                 the paper's three simulations, with a verdict
   steadyarm simulate --preset claimed --plot run.png  one run, drawn
   steadyarm design --preset claimed --period 0.002    will it help, will it be stable?
+  steadyarm scenario > mine.toml                      a file to edit; simulate --scenario mine.toml
   steadyarm approximate --out approximation.png       how well rules can learn a function
 
 symptoms, and the run that shows each:
@@ -195,6 +196,28 @@ def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
     yield from bar
 
 
+# scenario
+
+
+def _add_scenario(commands: Commands) -> None:
+    parser = command(
+        commands,
+        "scenario",
+        "a simulation of the paper as TOML, to be edited for your own scene",
+        "Print one of the paper's simulations as TOML. Edit it, and run it:\n\n"
+        "  steadyarm scenario --preset claimed > mine.toml\n"
+        "  steadyarm simulate --scenario mine.toml",
+        _scenario,
+    )
+    parser.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
+    parser.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
+
+
+def _scenario(arguments: argparse.Namespace) -> int:
+    say(paper.scenario(arguments.simulation, arguments.preset).rstrip())
+    return 0
+
+
 # approximate
 
 
@@ -235,6 +258,7 @@ COMMANDS: tuple[Callable[[Commands], None], ...] = (
     _add_reproduce,
     add_simulate,
     add_design,
+    _add_scenario,
     _add_approximate,
 )
 """The commands, in the order of the help."""

@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from . import _core
-from .run import Run
-from .simulation import simulate
+from ._scene import arguments
+from .scenario import Scene
 
-_SETTINGS = _core.paper_settings()
+_SETTINGS = {
+    name: _core.read_scenario(_core.paper_scenario(3, name)) for name in ("printed", "claimed")
+}
 """Of the third simulation in each reading, by section; typed once, in the core."""
 
 _COMMON = _SETTINGS["printed"]
 
-CENTERS: tuple[float, ...] = tuple(_COMMON["compensator"]["basis"]["centers"])
+_PARTS = {
+    name: arguments(settings["compensator"]) | arguments(settings["compensator"].basis)
+    for name, settings in _SETTINGS.items()
+}
+"""Arguments of its compensators and bases."""
+
+CENTERS: tuple[float, ...] = tuple(_PARTS["printed"]["centers"])
 """Centres of the five fuzzy sets."""
 
-WIDTH: float = _COMMON["compensator"]["basis"]["width"]
+WIDTH: float = _PARTS["printed"]["width"]
 """Their width: exp(-(x - c)²) is a Gaussian of σ = 1/√2."""
 
 FEEDBACK: dict[str, float] = {name: _COMMON["controller"][name] for name in ("kp", "kv")}
 """K_p [1/s²] and K_v [1/s]."""
 
 PRESETS: dict[str, dict[str, Any]] = {
-    name: {
-        "form": settings["compensator"]["basis"]["form"],
-        "normalized": settings["compensator"]["basis"]["normalized"],
-        "gain": settings["compensator"]["gain"],
-    }
-    for name, settings in _SETTINGS.items()
+    name: {key: parts[key] for key in ("form", "normalized", "gain")}
+    for name, parts in _PARTS.items()
 }
 """How simulation 3 is read.
 
@@ -39,40 +42,40 @@ what the paper claims.
 """
 
 
-@dataclass(frozen=True)
-class Scene:
-    """A plant, a controller and a reference, with duration [s] and step [s] of the run."""
-
-    plant: _core.Plant
-    tracker: _core.ComputedTorque
-    reference: _core.Sines
-    duration: float = 40.0
-    dt: float = 1e-3
-
-    def run(self, **options: Any) -> Run:
-        """Simulate; ``options`` are those of `simulate`."""
-        options = {"duration": self.duration, "dt": self.dt} | options
-        return simulate(self.plant, self.tracker, self.reference, **options)
-
-
 def nominal() -> _core.TwoLink:
     """What the controller believes: 4 kg, 0.5 m, 0.2 kg·m² each link."""
-    return _core.TwoLink(**_COMMON["two_link"])
+    arm: _core.TwoLink = _COMMON["two_link"]
+    return arm
 
 
 def actual() -> _core.TwoLink:
     """What is there in simulations 2 and 3: twice the mass and inertia."""
-    return _core.TwoLink(**_COMMON["plant"])
+    arm: _core.TwoLink = _COMMON["plant"]
+    return arm
 
 
 def reference() -> _core.Sines:
     """q_d = [0.5 cos t + 0.2 sin 3t, -0.2 sin t - 0.5 cos t]."""
-    return _core.Sines(**_COMMON["reference"])
+    sines: _core.Sines = _COMMON["reference"]
+    return sines
 
 
 def disturbance() -> _core.Sines:
     """τ_d = [sin t, cos t], in simulations 2 and 3."""
-    return _core.Sines(**_COMMON["disturbance"])
+    sines: _core.Sines = _COMMON["disturbance"]
+    return sines
+
+
+def scenario(number: Literal[1, 2, 3], preset: Literal["printed", "claimed"] = "printed") -> str:
+    """Simulation 1, 2 or 3 as TOML, to be edited and read by `Scene.read` or the command line.
+
+    Raises ValueError for a number or preset that does not exist.
+    """
+    if isinstance(number, bool) or number not in (1, 2, 3):
+        raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
+    if preset not in tuple(PRESETS):
+        raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
+    return _core.paper_scenario(number, preset)
 
 
 def simulation(
@@ -87,24 +90,5 @@ def simulation(
     of the basis; ``gain``, ``gamma``, ``q``, ``leak_rate``, … of the compensator; ``duration``,
     ``dt`` of the run. Raises ValueError for a number, preset or override that does not exist.
     """
-    if isinstance(number, bool) or number not in (1, 2, 3):
-        raise ValueError(f"number: got {number!r}, wants 1, 2 or 3")
-    if preset not in tuple(PRESETS):
-        raise ValueError(f"preset: got {preset!r}, wants one of {', '.join(PRESETS)}")
-    feedback = {name: overrides.pop(name, value) for name, value in FEEDBACK.items()}
-    length = {name: overrides.pop(name) for name in ("duration", "dt") if name in overrides}
-    compensator = _compensator(_SETTINGS[preset]["compensator"], overrides) if number == 3 else None
-    if overrides:
-        raise ValueError(f"{next(iter(overrides))}: simulation {number} has no such setting")
-    plant = _core.Plant(nominal()) if number == 1 else _core.Plant(actual(), disturbance())
-    tracker = _core.ComputedTorque(nominal(), **feedback, compensator=compensator)
-    return replace(Scene(plant, tracker, reference()), **length)
-
-
-def _compensator(preset: dict[str, Any], overrides: dict[str, Any]) -> _core.FuzzyCompensator:
-    """Take the settings of basis and compensator out of ``overrides``."""
-    basis, law = dict(preset["basis"]), dict(preset)
-    del basis["joints"], law["basis"], law["dictionary"], law["merge_tolerance"]
-    for settings in (basis, law):
-        settings |= {name: overrides.pop(name) for name in settings if name in overrides}
-    return _core.FuzzyCompensator(_core.FuzzyBasis(**basis), **law)
+    sections = _core.read_scenario(scenario(number, preset))
+    return Scene.of(sections, f"simulation {number}", **overrides)

@@ -13,8 +13,12 @@
 use super::state::{IMPOSSIBLE, Pending, check_torque};
 use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage, State};
 use crate::error::{Error, Result, finite, within};
-use crate::math::Vector;
+use crate::math::{TINY_SIGNAL, Vector, unless_tiny};
 use crate::reference::Setpoint;
+
+/// Positions beyond this are refused: sine and cosine of such angles have few right digits left,
+/// and take many times as long.
+const FARTHEST: f64 = 1e5;
 
 /// Periods of a sampled controller \[s\].
 const SHORTEST_PERIOD: f64 = 1e-9;
@@ -97,10 +101,11 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     /// [`step_after`](Self::step_after).
     ///
     /// # Errors
-    /// `q`, `dq`, `q_d`, `dq_d`, `ddq_d`: not finite, or beyond 1e10. `dt`: not between 1 ns and 1
-    /// s. What the compensator names, such as `weights`: they could not be finite at the end of the
-    /// period. Nothing has changed then, bit for bit. `resting_torque`, `tau`: the law's result is
-    /// not finite. For `tau` the period before has ended, as told; all else is as it was.
+    /// `q`, `q_d`: not finite, or beyond 1e5 rad. `dq`, `dq_d`, `ddq_d`: not finite, or beyond 1e10.
+    /// `dt`: not between 1 ns and 1 s. What the compensator names, such as `weights`: they could not
+    /// be finite at the end of the period. Nothing has changed then, bit for bit. `resting_torque`,
+    /// `tau`: the law's result is not finite. For `tau` the period before has ended, as told; all
+    /// else is as it was.
     #[inline]
     pub fn step<S>(
         &self,
@@ -144,7 +149,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         check_applied(applied)?;
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
-        let sample = self.sample(q, dq, desired);
+        let sample = self.sample(&felt(q), &felt(dq), &desired_felt(desired));
         self.compensator.admit(&state.compensator, &sample, dt)?;
         let last = self.last_tau(state, q)?;
         // What cannot end is left out.
@@ -236,6 +241,18 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     }
 }
 
+/// A signal whose entries are zero where they are too small to mean anything.
+#[inline(always)]
+fn felt<const N: usize>(signal: &Vector<N>) -> Vector<N> {
+    signal.map(|x| unless_tiny(x, TINY_SIGNAL))
+}
+
+#[inline(always)]
+fn desired_felt<const N: usize>(desired: &Setpoint<N>) -> Setpoint<N> {
+    let Setpoint { q, dq, ddq } = desired;
+    Setpoint { q: felt(q), dq: felt(dq), ddq: felt(ddq) }
+}
+
 /// Refuses periods that are too short or too long for a sampled controller.
 pub(crate) fn check_period(parameter: &'static str, period: f64) -> Result<()> {
     let possible = |dt: f64| (SHORTEST_PERIOD..=LONGEST_PERIOD).contains(&dt);
@@ -251,11 +268,13 @@ pub(super) fn check_sample<const N: usize>(
     dq: &Vector<N>,
     desired: &Setpoint<N>,
 ) -> Result<()> {
+    let turns = |x: f64| x.abs() <= FARTHEST;
+    let near = "a position of at most 1e5 rad or m; take whole turns away";
+    within("q", q.as_slice(), turns, near)?;
+    within("q_d", desired.q.as_slice(), turns, near)?;
     let possible = |x: f64| x.abs() <= IMPOSSIBLE;
     let wanted = "a value an arm can have (at most 1e10)";
-    within("q", q.as_slice(), possible, wanted)?;
     within("dq", dq.as_slice(), possible, wanted)?;
-    within("q_d", desired.q.as_slice(), possible, wanted)?;
     within("dq_d", desired.dq.as_slice(), possible, wanted)?;
     within("ddq_d", desired.ddq.as_slice(), possible, wanted)
 }

@@ -7,7 +7,7 @@
 use super::stages::{MAX_STAGES, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};
 use crate::error::{Error, Result};
-use crate::math::{FNV_START, Vector, exp, fnv_of, sqrt};
+use crate::math::{FNV_START, TINY_TERM, Vector, decay, fnv_of, sqrt, unless_tiny};
 use crate::riccati::{JointSolution, joint};
 
 /// Weights stay below this, so that their squares are finite.
@@ -115,7 +115,7 @@ impl<const N: usize> Update<N> {
     #[inline(always)]
     pub fn mix(&self, stages: &mut Stages<N>, stage: &Stage<'_>, leak_rate: f64) {
         let leak = leak_rate * stage.step;
-        let fade = |from: f64| if leak == 0.0 { 1.0 } else { exp(-leak * (stage.node - from)) };
+        let fade = |from: f64| if leak == 0.0 { 1.0 } else { decay(leak * (stage.node - from)) };
         let Stages { drive, pull, mixes, .. } = stages;
         let (past, rest) = mixes.split_at_mut(stage.index);
         let mix = &mut rest[0];
@@ -205,7 +205,7 @@ impl<const N: usize> Update<N> {
             let xi_squared = stages.gram[i][i][n];
             let factor = if weakens { adaptation.drive_factor(s_norm, xi_squared) } else { 1.0 };
             stages.factor[i][n] = factor;
-            stages.drive[i][n] = factor * adaptation.gain[n] * s[n];
+            stages.drive[i][n] = unless_tiny(factor * adaptation.gain[n] * s[n], TINY_TERM);
         }
         if pulls {
             let growth = stages.drive[i].dot(&stages.learnt[i]);

@@ -12,7 +12,9 @@ use pulp::{Simd, WithSimd};
 use super::axes::{Axes, Axis};
 use super::form::MAX_INPUTS;
 use crate::error::{Result, finite, length};
-use crate::math::{FNV_START, LANES, Runs, Shared, sqrt};
+use crate::math::{
+    FNV_START, LANES, Runs, Shared, TINY_KERNEL, lanes_unless_tiny, sqrt, unless_tiny,
+};
 
 /// Blocks of atoms that are compared side by side.
 const BATCH: usize = 2;
@@ -113,7 +115,8 @@ impl KernelBasis {
     fn dot<S: Simd>(&self, simd: S, left: &[f64], right: &[f64]) -> f64 {
         let mut sums = [0.0; MAX_INPUTS];
         self.axes.products(simd, (left, right), |input, sum| sums[input] = sum);
-        sums[..self.inputs()].iter().product()
+        let product = |k: f64, sum: &f64| unless_tiny(k * sum, TINY_KERNEL);
+        sums[..self.inputs()].iter().fold(1.0, product)
     }
 
     /// k of `memberships` with every atom, for whole blocks of them; `atoms` are block after block,
@@ -160,7 +163,8 @@ impl KernelBasis {
             }
             for (products, sums) in products.iter_mut().zip(&sums) {
                 for part in 0..parts {
-                    products[part] = simd.mul_f64s(products[part], sums[part]);
+                    let product = simd.mul_f64s(products[part], sums[part]);
+                    products[part] = lanes_unless_tiny(simd, product, TINY_KERNEL);
                 }
             }
         }

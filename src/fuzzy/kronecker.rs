@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::lanes::BLOCK;
 use super::places::Span;
-use crate::math::LANES;
+use crate::math::{LANES, TINY_STRENGTH, lanes_unless_tiny, unless_tiny};
 
 /// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +77,7 @@ fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &
         let p = memberships[place];
         let Some((to, others)) = rest.split_first_chunk_mut::<L>() else { return };
         for set in 0..L {
-            to[set] = p * row[set];
+            to[set] = unless_tiny(p * row[set], TINY_STRENGTH);
         }
         (place, rest) = (place + LANES, others);
     }
@@ -114,11 +114,11 @@ fn scale<S: Simd>(
     let (y, last) = S::as_mut_simd_f64s(y).0.split_at_mut(blocks.len() * BLOCK);
     for (x, y) in blocks.iter().zip(y.as_chunks_mut::<BLOCK>().0) {
         for i in 0..BLOCK {
-            y[i] = simd.mul_f64s(p, x[i]);
+            y[i] = lanes_unless_tiny(simd, simd.mul_f64s(p, x[i]), TINY_STRENGTH);
         }
     }
     for (x, y) in rest.iter().zip(last) {
-        *y = simd.mul_f64s(p, *x);
+        *y = lanes_unless_tiny(simd, simd.mul_f64s(p, *x), TINY_STRENGTH);
     }
 }
 

@@ -6,16 +6,13 @@
 use pulp::{Simd, WithSimd};
 
 use super::places::{Dyad, Dyads};
-use crate::math::{LANES, Line, Runs, Shared};
+use crate::math::{LANES, Line, Runs, Shared, TINY_WEIGHT, lanes_unless_tiny, unless_tiny};
 
 /// Terms that are added side by side.
 const BATCH: usize = 5;
 
 /// Runs of lanes that are worked on side by side.
 pub(super) const BLOCK: usize = 4;
-
-/// Weights smaller than this are set to zero: denormal numbers would slow every later step.
-const FLUSH_BELOW: f64 = 1e-300;
 
 /// A sum of 8 lanes, in as many registers as they take: the first 8 / `F64_LANES` entries.
 #[derive(Clone, Copy)]
@@ -129,6 +126,10 @@ fn runs<S: Simd, const C: usize>(row: &[f64], first: usize) -> &[S::f64s] {
     S::as_simd_f64s(&row[first..first + C * LANES]).0
 }
 
+/// Where a step keeps less than this of the weights, tiny ones are set to zero at once. Otherwise
+/// it is enough once in 256 steps: what was not tiny then is still larger than 1e-140.
+const FADES_FAST: f64 = 0.85;
+
 /// w ← keep w + Σ c ξ for equally many c and ξ; returns |w|² of the result.
 #[inline(always)]
 pub(crate) fn accumulate<S: Simd>(
@@ -141,8 +142,13 @@ pub(crate) fn accumulate<S: Simd>(
 ) -> f64 {
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
-        for w in S::as_mut_simd_f64s(weights).0 {
+        for w in S::as_mut_simd_f64s(&mut *weights).0 {
             *w = simd.mul_f64s(factor, *w);
+        }
+        if keep < FADES_FAST {
+            for w in S::as_mut_simd_f64s(&mut *weights).0 {
+                *w = lanes_unless_tiny(simd, *w, TINY_WEIGHT);
+            }
         }
     }
     let mut squares = None;
@@ -240,13 +246,9 @@ fn add_columns<S: Simd, const K: usize, const C: usize>(
     C * LANES
 }
 
-/// Sets denormal weights, and those that are about to be, to zero.
+/// Sets tiny weights to zero.
 pub(crate) fn flush(weights: &mut [f64]) {
-    for w in weights {
-        if w.abs() < FLUSH_BELOW {
-            *w = 0.0;
-        }
-    }
+    weights.iter_mut().for_each(|w| *w = unless_tiny(*w, TINY_WEIGHT));
 }
 
 /// Σ x_i y_i over whole lanes.

@@ -11,7 +11,7 @@
 
 use pulp::Simd;
 
-use crate::math::{LANES, Line, exp, sqrt};
+use crate::math::{LANES, Line, TINY_STRENGTH, exp, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
 const LATTICE_TOL: f64 = 1e-12;
@@ -161,7 +161,8 @@ impl Lattice {
         };
         for row in rows {
             let strength = &mut S::as_mut_simd_f64s(row).0[part];
-            *strength = simd.mul_f64s(*strength, scale);
+            let scaled = simd.mul_f64s(*strength, scale);
+            *strength = lanes_unless_tiny(simd, scaled, TINY_STRENGTH);
         }
         simd.first_true_m64s(beyond) == S::F64_LANES
     }

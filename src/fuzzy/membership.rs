@@ -6,7 +6,7 @@
 
 use super::form::MAX_SETS;
 use super::places::Span;
-use crate::math::{exp, fnv_of};
+use crate::math::{TINY_STRENGTH, decay, fnv_of, unless_tiny};
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
 const FAR: f64 = 1e100;
@@ -65,15 +65,21 @@ impl Sets {
 /// (log-sum-exp) or raw.
 pub(super) fn exponentials((out, stride): (&mut [f64], usize), normalized: bool) {
     if !normalized {
-        out.iter_mut().step_by(stride).for_each(|y| *y = exp(*y));
+        out.iter_mut().step_by(stride).for_each(|y| *y = strength(*y));
         return;
     }
     let largest = out.iter().step_by(stride).copied().fold(f64::NEG_INFINITY, f64::max);
     let mut sum = 0.0;
     for y in out.iter_mut().step_by(stride) {
-        *y = exp(*y - largest);
+        *y = strength(*y - largest);
         sum += *y;
     }
     let scale = 1.0 / sum;
-    out.iter_mut().step_by(stride).for_each(|y| *y *= scale);
+    out.iter_mut().step_by(stride).for_each(|y| *y = unless_tiny(*y * scale, TINY_STRENGTH));
+}
+
+/// e^x for x ≤ 0, or 0 where that is tiny.
+#[inline]
+fn strength(x: f64) -> f64 {
+    unless_tiny(decay(-x), TINY_STRENGTH)
 }

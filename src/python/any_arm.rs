@@ -3,7 +3,6 @@
 use pyo3::prelude::*;
 
 use super::dispatch::by_joints;
-use super::errors::read_error;
 use crate::arm::{Arm, JointFriction, JointKind, JointLimits, JointStop, Pose, Serial, TwoLink};
 use crate::math::{Matrix, Vector};
 use crate::robot::Description;
@@ -32,8 +31,19 @@ where
     Chains: From<Serial<N>>,
     Arms: From<AnyArm<N>>,
 {
-    let chain: Serial<N> = description.arm().map_err(read_error)?;
+    let chain: Serial<N> = description.arm()?;
     Ok((chain.into(), AnyArm::Serial(Box::new(chain)).into()))
+}
+
+/// A method of the arm inside. A [`TwoLink`] is asked with the entries of two joints, and what it
+/// gives becomes that of `N` by `$back`.
+macro_rules! of_inner {
+    ($arm:ident.$method:ident($($x:ident),*), $back:expr) => {
+        match $arm {
+            Self::TwoLink(inner) => $back(inner.$method($(&two($x)),*)),
+            Self::Serial(inner) => inner.$method($($x),*),
+        }
+    };
 }
 
 impl<const N: usize> AnyArm<N> {
@@ -49,18 +59,12 @@ impl<const N: usize> AnyArm<N> {
 
     /// U(q) [J].
     pub fn potential_energy(&self, q: &Vector<N>) -> f64 {
-        match self {
-            Self::TwoLink(arm) => arm.potential_energy(&two(q)),
-            Self::Serial(arm) => arm.potential_energy(q),
-        }
+        of_inner!(self.potential_energy(q), same)
     }
 
     /// Pose of the tip in the base.
     pub fn pose(&self, q: &Vector<N>) -> Pose {
-        match self {
-            Self::TwoLink(arm) => arm.pose(&two(q)),
-            Self::Serial(arm) => arm.pose(q),
-        }
+        of_inner!(self.pose(q), same)
     }
 
     /// Poses of the joints' frames in the base.
@@ -80,54 +84,45 @@ fn two<const N: usize>(x: &Vector<N>) -> Vector<2> {
 
 /// The way back.
 #[inline(always)]
-fn back<const N: usize>(x: &Vector<2>) -> Vector<N> {
+fn back<const N: usize>(x: Vector<2>) -> Vector<N> {
     Vector::<N>::from_fn(|i, _| x.get(i).copied().unwrap_or(f64::NAN))
 }
 
 #[inline(always)]
-fn square<const N: usize>(x: &Matrix<2>) -> Matrix<N> {
+fn square<const N: usize>(x: Matrix<2>) -> Matrix<N> {
     Matrix::<N>::from_fn(|i, j| x.get((i, j)).copied().unwrap_or(f64::NAN))
+}
+
+/// What no joint count is in.
+#[inline(always)]
+fn same<T>(x: T) -> T {
+    x
 }
 
 impl<const N: usize> Arm<N> for AnyArm<N> {
     #[inline]
     fn wraps(&self) -> [bool; N] {
-        match self {
-            Self::TwoLink(_) => [false; N],
-            Self::Serial(arm) => arm.wraps(),
-        }
+        self.chain().map_or([false; N], Serial::wraps)
     }
 
     #[inline]
     fn mass_matrix(&self, q: &Vector<N>) -> Matrix<N> {
-        match self {
-            Self::TwoLink(arm) => square(&arm.mass_matrix(&two(q))),
-            Self::Serial(arm) => arm.mass_matrix(q),
-        }
+        of_inner!(self.mass_matrix(q), square)
     }
 
     #[inline]
     fn rigid_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
-        match self {
-            Self::TwoLink(arm) => back(&arm.rigid_bias(&two(q), &two(dq))),
-            Self::Serial(arm) => arm.rigid_bias(q, dq),
-        }
+        of_inner!(self.rigid_bias(q, dq), back)
     }
 
     #[inline]
     fn coriolis(&self, q: &Vector<N>, dq: &Vector<N>) -> Matrix<N> {
-        match self {
-            Self::TwoLink(arm) => square(&arm.coriolis(&two(q), &two(dq))),
-            Self::Serial(arm) => arm.coriolis(q, dq),
-        }
+        of_inner!(self.coriolis(q, dq), square)
     }
 
     #[inline]
     fn gravity(&self, q: &Vector<N>) -> Vector<N> {
-        match self {
-            Self::TwoLink(arm) => back(&arm.gravity(&two(q))),
-            Self::Serial(arm) => arm.gravity(q),
-        }
+        of_inner!(self.gravity(q), back)
     }
 
     fn joint_friction(&self, joint: usize) -> JointFriction {
@@ -146,10 +141,7 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
 
     #[inline]
     fn resists(&self) -> bool {
-        match self {
-            Self::TwoLink(arm) => arm.resists(),
-            Self::Serial(arm) => arm.resists(),
-        }
+        of_inner!(self.resists(), same)
     }
 
     fn rigid_dynamics(
@@ -160,8 +152,8 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
         match self {
             Self::TwoLink(arm) => {
                 let (mass, dq, rigid) =
-                    arm.rigid_dynamics(&two(q), &mut |mass| two(&choose(&square(mass))));
-                (square(&mass), back(&dq), back(&rigid))
+                    arm.rigid_dynamics(&two(q), &mut |mass| two(&choose(&square(*mass))));
+                (square(mass), back(dq), back(rigid))
             }
             Self::Serial(arm) => arm.rigid_dynamics(q, choose),
         }
@@ -169,36 +161,21 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
 
     #[inline]
     fn bias(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
-        match self {
-            Self::TwoLink(arm) => back(&arm.bias(&two(q), &two(dq))),
-            Self::Serial(arm) => arm.bias(q, dq),
-        }
+        of_inner!(self.bias(q, dq), back)
     }
 
     #[inline(always)]
     fn mass_matrix_and_bias(&self, q: &Vector<N>, dq: &Vector<N>) -> (Matrix<N>, Vector<N>) {
-        match self {
-            Self::TwoLink(arm) => {
-                let (mass, bias) = arm.mass_matrix_and_bias(&two(q), &two(dq));
-                (square(&mass), back(&bias))
-            }
-            Self::Serial(arm) => arm.mass_matrix_and_bias(q, dq),
-        }
+        of_inner!(self.mass_matrix_and_bias(q, dq), |(mass, bias)| (square(mass), back(bias)))
     }
 
     #[inline]
     fn inverse_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, ddq: &Vector<N>) -> Vector<N> {
-        match self {
-            Self::TwoLink(arm) => back(&arm.inverse_dynamics(&two(q), &two(dq), &two(ddq))),
-            Self::Serial(arm) => arm.inverse_dynamics(q, dq, ddq),
-        }
+        of_inner!(self.inverse_dynamics(q, dq, ddq), back)
     }
 
     #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
-        match self {
-            Self::TwoLink(arm) => back(&arm.forward_dynamics(&two(q), &two(dq), &two(tau))),
-            Self::Serial(arm) => arm.forward_dynamics(q, dq, tau),
-        }
+        of_inner!(self.forward_dynamics(q, dq, tau), back)
     }
 }

@@ -1,15 +1,15 @@
 //! `Arm`: what every arm can do.
 
+use std::sync::Arc;
+
 use pyo3::PyClass;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
 use super::any_arm::{AnyArm, Arms};
-use super::convert::{
-    Any, Array1, Array2, Array3, Given, array1, finite_vector, matrices, owned2, square, written,
-    wrong_type,
-};
+use super::convert::{Any, Array, Given, finite_vector, object, written};
 use super::dispatch::{each, of_joints, other_joints};
+use super::form::{Form, New, PyForm};
 use crate::arm::{Arm, Pose};
 
 /// An arm of n joints, 1 to 12: the base class of `TwoLink` and `Serial`.
@@ -19,29 +19,23 @@ use crate::arm::{Arm, Pose};
 /// ``q`` [rad], ``dq`` [rad/s], ``ddq`` [rad/s²], ``tau`` [N·m]: (n,), finite; float64 arrays are
 /// fastest. ``out``: a float64 array (n,) that is written to and returned. For a prismatic joint,
 /// read m for rad and N for N·m.
-#[pyclass(name = "Arm", module = "steadyarm", subclass, frozen)]
+#[pyclass(name = "Arm", module = "steadyarm", subclass, frozen, extends = PyForm)]
 pub(super) struct PyArm {
     pub arms: Arms,
 }
 
-/// A new object of a class made from `Arm`.
-pub(super) struct New<T: PyClass>(pub PyClassInitializer<T>);
-
-impl<'py, T: PyClass> IntoPyObject<'py> for New<T> {
-    type Target = T;
-    type Output = Bound<'py, T>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, T>> {
-        Bound::new(py, self.0)
-    }
-}
-
 impl PyArm {
+    /// A class of arms, above what it is made of.
+    pub fn under<T>(settings: Arc<impl Form + 'static>, arms: Arms, class: T) -> New<T>
+    where
+        T: PyClass<BaseType = Self>,
+    {
+        New(PyForm::under(settings, Self { arms }).add_subclass(class))
+    }
+
     /// The argument `arm`.
     pub fn of<'a>(arm: Any<'a, '_>) -> PyResult<&'a Self> {
-        let class = arm.cast::<Self>();
-        Ok(class.map_err(|_| wrong_type("arm", arm, "a TwoLink or a Serial"))?.get())
+        Ok(object::<Self>(arm, "arm", "a TwoLink or a Serial")?.get())
     }
 
     /// For what is made for `N` joints.
@@ -69,59 +63,38 @@ impl PyArm {
     }
 
     /// M(q) [kg·m²], (n, n), symmetric positive definite.
-    fn mass_matrix<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
-        each!(&self.arms, Arms, arm => square(py, &arm.mass_matrix(&finite_vector(q, "q")?)))
+    fn mass_matrix(&self, q: Any<'_, '_>) -> PyResult<Array<2>> {
+        each!(&self.arms, Arms, arm => Ok(arm.mass_matrix(&finite_vector(q, "q")?).into()))
     }
 
     /// C(q, dq) [N·m·s], (n, n), by Christoffel symbols: dM/dt - 2C is skew-symmetric.
-    fn coriolis<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array2<'py>> {
+    fn coriolis(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<Array<2>> {
         each!(&self.arms, Arms, arm => {
-            square(py, &arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?))
+            Ok(arm.coriolis(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?).into())
         })
     }
 
     /// G(q) [N·m], (n,).
-    fn gravity<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        each!(&self.arms, Arms, arm => {
-            Ok(array1(py, arm.gravity(&finite_vector(q, "q")?).as_slice()))
-        })
+    fn gravity(&self, q: Any<'_, '_>) -> PyResult<Array<1>> {
+        each!(&self.arms, Arms, arm => Ok(arm.gravity(&finite_vector(q, "q")?).into()))
     }
 
     /// f(dq) [N·m], (n,): viscous, Coulomb and Stribeck friction.
-    fn friction<'py>(&self, py: Python<'py>, dq: Any<'_, 'py>) -> PyResult<Array1<'py>> {
-        each!(&self.arms, Arms, arm => {
-            Ok(array1(py, arm.friction(&finite_vector(dq, "dq")?).as_slice()))
-        })
+    fn friction(&self, dq: Any<'_, '_>) -> PyResult<Array<1>> {
+        each!(&self.arms, Arms, arm => Ok(arm.friction(&finite_vector(dq, "dq")?).into()))
     }
 
     /// s(q, dq) [N·m], (n,): what drives the joints on into the stops of `with_stops`.
-    fn stops<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
+    fn stops(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<Array<1>> {
         each!(&self.arms, Arms, arm => {
-            let stops = arm.stops(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?);
-            Ok(array1(py, stops.as_slice()))
+            Ok(arm.stops(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?).into())
         })
     }
 
     /// H(q, dq) = C dq + G + f [N·m], (n,), without stops; eq. (6).
-    fn bias<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
+    fn bias(&self, q: Any<'_, '_>, dq: Any<'_, '_>) -> PyResult<Array<1>> {
         each!(&self.arms, Arms, arm => {
-            let bias = arm.bias(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?);
-            Ok(array1(py, bias.as_slice()))
+            Ok(arm.bias(&finite_vector(q, "q")?, &finite_vector(dq, "dq")?).into())
         })
     }
 
@@ -173,15 +146,15 @@ impl PyArm {
     }
 
     /// Pose of the tip in the base, (4, 4).
-    fn pose<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn pose(&self, q: Any<'_, '_>) -> PyResult<Array<2>> {
         let pose = each!(&self.arms, Arms, arm => arm.pose(&finite_vector(q, "q")?));
-        owned2(py, homogeneous(&pose).to_vec(), 4)
+        Ok(Array::rows(homogeneous(&pose).to_vec(), 4))
     }
 
     /// Poses of the joints' frames in the base, (n, 4, 4); x is along the link in a TwoLink.
-    fn link_poses<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array3<'py>> {
+    fn link_poses(&self, q: Any<'_, '_>) -> PyResult<Array<3>> {
         let poses = each!(&self.arms, Arms, arm => arm.link_poses(&finite_vector(q, "q")?));
-        matrices(py, poses.iter().flat_map(homogeneous).collect(), 4)
+        Ok(Array::matrices(poses.iter().flat_map(homogeneous).collect(), 4))
     }
 }
 

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 
 use super::convert::{
-    Any, Array2, Given, count, flag, matrix, numbers, owned2, scalar, word, wrong_shape, wrong_type,
+    Any, Array, Given, count, flag, matrix, numbers, object, scalar, word, wrong_shape, wrong_type,
 };
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, too_many_joints};
 use super::errors::value_error;
-use super::form::PyForm;
+use super::form::{New, PyForm};
 use crate::error::{Error, Problem};
 use crate::fuzzy::{FuzzyBasis, KernelBasis};
 use crate::scenario::{BasisSettings, InputSettings, Numbers, PerJoint, Rules};
@@ -54,10 +55,20 @@ pub(super) struct PyFuzzyBasis {
     pub settings: Arc<BasisSettings>,
 }
 
+impl<'py> IntoPyObject<'py> for &BasisSettings {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        PyFuzzyBasis::made(Arc::new(self.clone())).into_bound_py_any(py)
+    }
+}
+
 impl PyFuzzyBasis {
-    /// It as an object.
-    pub fn object(&self, py: Python<'_>) -> PyResult<Py<Self>> {
-        Py::new(py, PyForm::under(&self.settings, self.clone()))
+    /// The basis of settings that were checked.
+    pub fn made(settings: Arc<BasisSettings>) -> New<Self> {
+        New(PyForm::under(settings.clone(), Self { settings }))
     }
 
     /// The grid over the inputs of an arm, in the kernel form.
@@ -125,7 +136,7 @@ impl PyFuzzyBasis {
         inputs: Given<'_, '_>,
         joints: Given<'_, '_>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let form = rules(form)?;
+        let form = word(form, "form", Rules::NAMES)?;
         let normalized = normalized.map(|value| flag(value, "normalized")).transpose()?;
         let centers = ragged(centers, "centers")?;
         let width = match width.len() {
@@ -139,8 +150,7 @@ impl PyFuzzyBasis {
         }
         settings.joints = joints.map(joint_count).transpose()?;
         let checked = settings.clone().checked().map_err(|error| refused(error, &settings))?;
-        let settings = Arc::new(checked);
-        Ok(PyForm::under(&settings.clone(), Self { settings }))
+        Ok(Self::made(Arc::new(checked)).0)
     }
 
     /// How the sets combine to rules.
@@ -153,6 +163,18 @@ impl PyFuzzyBasis {
     #[getter]
     fn normalized(&self) -> bool {
         self.settings.normalized
+    }
+
+    /// Centres of the sets: a list for all inputs, or a list of lists, one an input.
+    #[getter]
+    fn centers(&self) -> &Numbers {
+        &self.settings.centers
+    }
+
+    /// σ of the sets, as it was given.
+    #[getter]
+    fn width(&self) -> &Numbers {
+        &self.settings.width
     }
 
     /// The signals with their scales, in order.
@@ -184,7 +206,7 @@ impl PyFuzzyBasis {
     ///
     /// The number of inputs follows from ``x``; per_joint takes input k for joint k mod n. Raises
     /// ValueError for a wrong shape, NaN, infinity, too many rules, or more than 2²⁸ entries.
-    fn evaluate<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn evaluate(&self, x: Any<'_, '_>) -> PyResult<Array<2>> {
         let (rows, columns, values) = matrix(x, "x", "(samples, inputs)")?;
         if columns == 0 {
             return Err(wrong_shape("x", &[rows, 0], "(samples, inputs) with at least one input"));
@@ -199,25 +221,18 @@ impl PyFuzzyBasis {
         let mut work = vec![0.0; basis.work_len()];
         let mut xi = vec![0.0; entries];
         for (x, xi) in values.chunks_exact(columns).zip(xi.chunks_exact_mut(basis.rules())) {
-            basis.evaluate(x, &mut work, xi).map_err(value_error)?;
+            basis.evaluate(x, &mut work, xi)?;
         }
-        owned2(py, xi, basis.rules())
+        Ok(Array::rows(xi, basis.rules()))
     }
 }
 
 /// The argument `joints`.
 fn joint_count(value: Any<'_, '_>) -> PyResult<usize> {
-    match count(value, "joints")? {
+    match count(value, "joints", 1)? {
         joints @ 1..=MAX_JOINTS => Ok(joints),
         other => Err(too_many_joints(other)),
     }
-}
-
-/// The argument `form`.
-fn rules(value: Any<'_, '_>) -> PyResult<Rules> {
-    let name = word(value, "form", Rules::NAMES.map(|(name, _)| name))?;
-    let found = Rules::NAMES.iter().find(|(known, _)| *known == name);
-    Ok(found.map_or(Rules::Grid, |(_, rules)| *rules))
 }
 
 /// A list of numbers (for all inputs), or a list of such lists.
@@ -282,6 +297,5 @@ fn signals(value: Any<'_, '_>) -> PyResult<InputSettings> {
 
 /// A basis that was given as an argument.
 pub(super) fn basis_of(value: Any<'_, '_>) -> PyResult<PyFuzzyBasis> {
-    let basis = value.cast::<PyFuzzyBasis>();
-    Ok(basis.map_err(|_| wrong_type("basis", value, "a FuzzyBasis"))?.get().clone())
+    Ok(object::<PyFuzzyBasis>(value, "basis", "a FuzzyBasis")?.get().clone())
 }

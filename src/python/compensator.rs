@@ -4,8 +4,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, array1, type_name};
-use super::errors::value_error;
+use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
     Applied, Audit, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
@@ -152,18 +151,6 @@ impl<const N: usize> AnyCompensator<N> {
         }
     }
 
-    /// It in words.
-    pub fn words(&self) -> String {
-        match self {
-            Self::None => "none".into(),
-            Self::Fuzzy(fuzzy) => format!("fuzzy, {} rules", fuzzy.basis().rules()),
-            Self::Kernel(kernel) => {
-                let (rules, parameters) = (kernel.basis().rules(), kernel.kernel_parameters());
-                format!("fuzzy, {rules:.3e} rules in {} atoms", parameters.capacity)
-            }
-        }
-    }
-
     /// Columns of W.
     pub fn rules(&self) -> PyResult<usize> {
         Ok(self.dense()?.weights_len() / N)
@@ -192,14 +179,14 @@ impl<const N: usize> AnyCompensator<N> {
         let dense = self.dense()?;
         let mut weights = vec![0.0; dense.weights_len()];
         if let Memory::Fuzzy(state) = memory {
-            dense.read_weights(state, &mut weights).map_err(value_error)?;
+            dense.read_weights(state, &mut weights)?;
         }
         Ok(weights)
     }
 
     /// Whether these can be W, or with `prior` W₀ too.
     pub fn check_weights(&self, weights: &[f64], prior: bool) -> PyResult<()> {
-        self.dense()?.check_weights(weights, prior).map_err(value_error)
+        Ok(self.dense()?.check_weights(weights, prior)?)
     }
 
     /// Sets W, and with `prior` W₀ too.
@@ -216,7 +203,7 @@ impl<const N: usize> AnyCompensator<N> {
         } else {
             dense.load_weights(state, weights)
         };
-        set.map_err(value_error)
+        Ok(set?)
     }
 
     /// The dictionary in figures; `None` but for the kernel form.
@@ -273,9 +260,6 @@ fn no_matrix() -> PyErr {
 
 /// What was given as the argument `compensator`.
 pub(super) fn compensator_of<'a>(value: Any<'a, '_>) -> PyResult<&'a PyFuzzyCompensator> {
-    let fuzzy = value.cast::<PyFuzzyCompensator>().map_err(|_| {
-        let got = type_name(value);
-        PyTypeError::new_err(format!("compensator: got {got}, wants a FuzzyCompensator or None"))
-    })?;
-    Ok(fuzzy.get())
+    let wanted = "a FuzzyCompensator or None";
+    Ok(object::<PyFuzzyCompensator>(value, "compensator", wanted)?.get())
 }

@@ -2,15 +2,12 @@
 //! that a caller may pass lists, other types, strided or read-only arrays, and may reuse one array
 //! for several arguments.
 
-use numpy::{
-    PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyUntypedArray,
-    PyUntypedArrayMethods,
-};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
+use pyo3::PyTypeCheck;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 
-use super::errors::value_error;
 use crate::error::{Error, finite};
 use crate::math::{Matrix, Vector};
 
@@ -25,16 +22,79 @@ pub(super) type Given<'a, 'py> = Option<Any<'a, 'py>>;
 /// A one-dimensional array.
 pub(super) type Array1<'py> = Bound<'py, PyArray1<f64>>;
 
-/// A two-dimensional array.
-pub(super) type Array2<'py> = Bound<'py, PyArray2<f64>>;
+/// Up to this many numbers are copied: that takes less time than to hand a vector over.
+const FEW: usize = 64;
 
-/// A three-dimensional array.
-pub(super) type Array3<'py> = Bound<'py, PyArray3<f64>>;
+/// Numbers that become a new array of D dimensions.
+pub(super) struct Array<const D: usize> {
+    values: Vec<f64>,
+    shape: [usize; D],
+}
+
+impl From<Vec<f64>> for Array<1> {
+    fn from(values: Vec<f64>) -> Self {
+        Self { shape: [values.len()], values }
+    }
+}
+
+impl From<&[f64]> for Array<1> {
+    fn from(values: &[f64]) -> Self {
+        values.to_vec().into()
+    }
+}
+
+impl<const N: usize> From<Vector<N>> for Array<1> {
+    fn from(values: Vector<N>) -> Self {
+        values.as_slice().into()
+    }
+}
+
+impl<const N: usize> From<Matrix<N>> for Array<2> {
+    fn from(matrix: Matrix<N>) -> Self {
+        Self { values: matrix.transpose().as_slice().to_vec(), shape: [N, N] }
+    }
+}
+
+impl Array<2> {
+    /// (rows, columns), from its rows.
+    pub fn rows(values: Vec<f64>, columns: usize) -> Self {
+        Self { shape: [values.len() / columns.max(1), columns], values }
+    }
+}
+
+impl Array<3> {
+    /// (count, size, size).
+    pub fn matrices(values: Vec<f64>, size: usize) -> Self {
+        Self { shape: [values.len() / (size * size).max(1), size, size], values }
+    }
+}
+
+impl<'py, const D: usize> IntoPyObject<'py> for Array<D> {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let Self { values, shape } = self;
+        let few = values.len() <= FEW;
+        let flat = if few { array1(py, &values) } else { PyArray1::from_vec(py, values) };
+        Ok(if D == 1 { flat.into_any() } else { flat.reshape(&shape[..])?.into_any() })
+    }
+}
 
 /// Numbers of any shape, row-major.
 pub(super) struct Numbers {
     pub shape: Vec<usize>,
     pub values: Vec<f64>,
+}
+
+/// An object of a class.
+pub(super) fn object<'a, 'py, T: PyTypeCheck>(
+    value: Any<'a, 'py>,
+    name: &str,
+    wanted: &str,
+) -> PyResult<&'a Bound<'py, T>> {
+    value.cast::<T>().map_err(|_| wrong_type(name, value, wanted))
 }
 
 /// Anything numpy takes for an array of real numbers.
@@ -120,12 +180,8 @@ pub(super) fn vector<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> Py
 
 /// One value a joint, or a scalar for all joints.
 pub(super) fn joints<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<[f64; N]> {
-    let Numbers { shape, values } = numbers(value, name)?;
-    match (shape.len(), values.as_slice().try_into()) {
-        (0, _) => Ok([values[0]; N]),
-        (1, Ok(values)) => Ok(values),
-        _ => Err(wrong_shape(name, &shape, &format!("a scalar or ({N},)"))),
-    }
+    let values = each_joint(Some(value), 0.0, N, name)?;
+    Ok(std::array::from_fn(|n| values[n]))
 }
 
 /// One value a joint, or a scalar for all joints, or without an argument this one for all.
@@ -150,7 +206,7 @@ pub(super) fn finite_vector<const N: usize>(
     name: &'static str,
 ) -> PyResult<Vector<N>> {
     let vector: Vector<N> = vector(value, name)?;
-    finite(name, vector.as_slice()).map_err(value_error)?;
+    finite(name, vector.as_slice())?;
     Ok(vector)
 }
 
@@ -179,15 +235,28 @@ pub(super) fn scalar_or(
 /// A single finite number.
 pub(super) fn finite_scalar(value: &Bound<'_, PyAny>, name: &'static str) -> PyResult<f64> {
     let number = scalar(value, name)?;
-    finite(name, &[number]).map_err(value_error)?;
+    finite(name, &[number])?;
     Ok(number)
 }
 
-/// A whole number ≥ 1.
-pub(super) fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
-    let wanted = "a whole number >= 1";
-    match value.extract::<usize>() {
-        Ok(count) if count > 0 => Ok(count),
+/// A whole number ≥ `least` that a machine can count to.
+pub(super) fn count(value: &Bound<'_, PyAny>, name: &str, least: usize) -> PyResult<usize> {
+    integer(value, name, &format!("a whole number >= {least}"), |count| *count >= least)
+}
+
+/// A whole number from 0 to 2⁶⁴ - 1.
+pub(super) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<u64> {
+    integer(value, name, "a whole number from 0 to 2^64 - 1", |_| true)
+}
+
+fn integer<T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>>(
+    value: &Bound<'_, PyAny>,
+    name: &str,
+    wanted: &str,
+    fits: impl Fn(&T) -> bool,
+) -> PyResult<T> {
+    match value.extract::<T>() {
+        Ok(number) if fits(&number) => Ok(number),
         Err(error) if error.is_instance_of::<PyTypeError>(value.py()) => {
             Err(wrong_type(name, value, wanted))
         }
@@ -195,30 +264,16 @@ pub(super) fn count(value: &Bound<'_, PyAny>, name: &str) -> PyResult<usize> {
     }
 }
 
-/// A whole number from 0 to 2⁶⁴ - 1.
-pub(super) fn whole(value: &Bound<'_, PyAny>, name: &str) -> PyResult<u64> {
-    let wanted = "a whole number from 0 to 2^64 - 1";
-    value.extract().map_err(|error: PyErr| {
-        if error.is_instance_of::<PyTypeError>(value.py()) {
-            return wrong_type(name, value, wanted);
-        }
-        let got = value.str().map_or_else(|_| "another".into(), |text| text.to_string());
-        PyValueError::new_err(format!("{name}: got {got}, wants {wanted}"))
-    })
-}
-
-/// One of a few words.
-pub(super) fn word<const W: usize>(
+/// What one of a few words stands for.
+pub(super) fn word<T, const W: usize>(
     value: &Bound<'_, PyAny>,
     name: &str,
-    words: [&'static str; W],
-) -> PyResult<&'static str> {
-    let wanted = words.map(|word| format!("{word:?}")).join(" or ");
+    words: [(&str, T); W],
+) -> PyResult<T> {
+    let wanted = words.each_ref().map(|(word, _)| format!("{word:?}")).join(" or ");
     let text: String = value.extract().map_err(|_| wrong_type(name, value, &wanted))?;
-    words
-        .into_iter()
-        .find(|word| *word == text)
-        .ok_or_else(|| PyValueError::new_err(format!("{name}: got {text:?}, wants {wanted}")))
+    let found = words.into_iter().find(|(word, _)| *word == text).map(|(_, meant)| meant);
+    found.ok_or_else(|| PyValueError::new_err(format!("{name}: got {text:?}, wants {wanted}")))
 }
 
 /// True or false.
@@ -285,30 +340,19 @@ pub(super) fn array1<'py>(py: Python<'py>, values: &[f64]) -> Array1<'py> {
     PyArray1::from_slice(py, values)
 }
 
-/// A new array of shape (len,), without a copy.
-pub(super) fn owned1<'py>(py: Python<'py>, values: Vec<f64>) -> Array1<'py> {
-    PyArray1::from_vec(py, values)
+/// Figures of each thing in a slice, as a dict of arrays by name.
+macro_rules! columns {
+    ($py:expr, $of:expr, |$it:ident| $($name:ident: $figure:expr),* $(,)?) => {{
+        let dict = PyDict::new($py);
+        $({
+            let figures: Vec<f64> = $of.iter().map(|$it| $figure).collect();
+            dict.set_item(stringify!($name), $crate::python::convert::Array::from(figures))?;
+        })*
+        dict
+    }};
 }
 
-/// A new array of shape (rows, columns), without a copy.
-pub(super) fn owned2<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    columns: usize,
-) -> PyResult<Array2<'py>> {
-    let rows = values.len() / columns.max(1);
-    PyArray1::from_vec(py, values).reshape([rows, columns])
-}
-
-/// A new array of shape (count, size, size), without a copy.
-pub(super) fn matrices<'py>(
-    py: Python<'py>,
-    values: Vec<f64>,
-    size: usize,
-) -> PyResult<Array3<'py>> {
-    let count = values.len() / (size * size).max(1);
-    PyArray1::from_vec(py, values).reshape([count, size, size])
-}
+pub(super) use columns;
 
 /// The values in `out`, a float64 array of shape (n,), or in a new array without it.
 #[inline]
@@ -319,7 +363,7 @@ pub(super) fn written<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let Some(out) = out else { return Ok(array1(py, values).into_any()) };
     let wanted = "a float64 array that can be written to";
-    let array = out.cast::<PyArray1<f64>>().map_err(|_| wrong_type("out", out, wanted))?;
+    let array = object::<PyArray1<f64>>(out, "out", wanted)?;
     if array.len() != values.len() {
         return Err(wrong_shape("out", array.shape(), &format!("({},)", values.len())));
     }
@@ -332,14 +376,6 @@ pub(super) fn written<'py>(
         }
     }
     Ok(out.clone())
-}
-
-/// A new array of shape (n, n).
-pub(super) fn square<'py, const N: usize>(
-    py: Python<'py>,
-    matrix: &Matrix<N>,
-) -> PyResult<Array2<'py>> {
-    owned2(py, matrix.transpose().as_slice().to_vec(), N)
 }
 
 /// Name of a value's type, for messages.

@@ -1,10 +1,9 @@
 //! The design report as a dict.
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, numbers, owned1, scalar, wrong_shape, wrong_type};
+use super::convert::{Any, Array, count, numbers, scalar, wrong_shape, wrong_type};
 use super::dispatch::each;
 use super::tracked::Trackers;
 use super::tracker::PyComputedTorque;
@@ -44,7 +43,7 @@ pub(super) fn design<'py>(
     let dict = PyDict::new(py);
     let set = |name, value: fn(&JointReport) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();
-        dict.set_item(name, owned1(py, values))
+        dict.set_item(name, Array::from(values))
     };
     set("p11", |j| j.p.p11)?;
     set("p12", |j| j.p.p12)?;
@@ -68,14 +67,5 @@ pub(super) fn design<'py>(
 
 /// Samples of delay, a whole number ≥ 0.
 fn samples(delay: Any<'_, '_>) -> PyResult<usize> {
-    let wanted = "a whole number >= 0";
-    match delay.extract() {
-        Ok(delay) => Ok(delay),
-        Err(error) if error.is_instance_of::<PyTypeError>(delay.py()) => {
-            Err(wrong_type("delay", delay, wanted))
-        }
-        Err(_) => {
-            Err(PyValueError::new_err(format!("delay: got {}, wants {wanted}", delay.str()?)))
-        }
-    }
+    count(delay, "delay", 0)
 }

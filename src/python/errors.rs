@@ -36,7 +36,14 @@ pub(super) fn value_error(error: Error) -> PyErr {
     })
 }
 
-/// What is wrong with a robot description as a Python exception.
-pub(super) fn read_error(error: ReadError) -> PyErr {
-    PyValueError::new_err(error.to_string())
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        value_error(error)
+    }
+}
+
+impl From<ReadError> for PyErr {
+    fn from(error: ReadError) -> Self {
+        PyValueError::new_err(error.to_string())
+    }
 }

@@ -6,13 +6,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::basis::{PyFuzzyBasis, basis_of, refused};
-use super::convert::{
-    Any, Array1, Array2, Given, count, matrix, numbers, owned1, owned2, scalar, scalar_or,
-    wrong_shape,
-};
+use super::convert::{Any, Array, Given, count, matrix, numbers, scalar, scalar_or, wrong_shape};
 use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS};
-use super::errors::value_error;
-use super::form::PyForm;
+use super::form::{New, PyForm};
 use super::per_joint::{other_count, per_joint};
 use crate::control::{FuzzyParameters, KernelParameters};
 use crate::fuzzy::FuzzyApproximator;
@@ -55,8 +51,7 @@ impl PyFuzzyApproximator {
         }
         let ridge = scalar_or(ridge, 1e-10, "ridge")?;
         let rules = basis.over(inputs)?;
-        let approximator =
-            FuzzyApproximator::fit(rules, &x, &y, outputs, ridge).map_err(value_error)?;
+        let approximator = FuzzyApproximator::fit(rules, &x, &y, outputs, ridge)?;
         Ok(Self { basis, approximator: approximator.into() })
     }
 
@@ -72,14 +67,14 @@ impl PyFuzzyApproximator {
         if outputs == 0 || columns != rules.rules() {
             return Err(wrong_shape("weights", &[outputs, columns], &wanted));
         }
-        let approximator = FuzzyApproximator::from_weights(rules, weights).map_err(value_error)?;
+        let approximator = FuzzyApproximator::from_weights(rules, weights)?;
         Ok(Self { basis, approximator: approximator.into() })
     }
 
     /// W, (outputs, rules).
     #[getter]
-    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        owned2(py, self.approximator.weights().to_vec(), self.rules())
+    fn weights(&self) -> Array<2> {
+        Array::rows(self.approximator.weights().to_vec(), self.rules())
     }
 
     /// Number of rules.
@@ -88,23 +83,20 @@ impl PyFuzzyApproximator {
         self.approximator.basis().rules()
     }
 
-    fn __call__<'py>(&self, py: Python<'py>, x: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn __call__(&self, x: Any<'_, '_>) -> PyResult<Array<2>> {
         let inputs = self.approximator.basis().inputs();
         let (rows, columns, x) = matrix(x, "x", &format!("(samples, {inputs})"))?;
         if columns != inputs {
             return Err(wrong_shape("x", &[rows, columns], &format!("(samples, {inputs})")));
         }
-        owned2(
-            py,
-            self.approximator.evaluate(&x).map_err(value_error)?,
-            self.approximator.outputs(),
-        )
+        let y = self.approximator.evaluate(&x)?;
+        Ok(Array::rows(y, self.approximator.outputs()))
     }
 
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, this) = (slf.py(), slf.get());
-        let basis = this.basis.object(py)?;
-        let arguments = (basis, this.approximator.basis().inputs(), this.weights(py)?);
+        let basis = &*this.basis.settings;
+        let arguments = (basis, this.approximator.basis().inputs(), this.weights());
         let make = slf.get_type().getattr("from_weights")?;
         Ok((make, arguments.into_pyobject(py)?.into_any()))
     }
@@ -154,27 +146,25 @@ pub(super) struct PyFuzzyCompensator {
 }
 
 impl PyFuzzyCompensator {
-    fn under(
-        basis: PyFuzzyBasis,
-        settings: CompensatorSettings,
-    ) -> PyResult<PyClassInitializer<Self>> {
+    /// The compensator of settings with a basis that was checked.
+    pub fn made(settings: CompensatorSettings) -> PyResult<New<Self>> {
+        let basis = PyFuzzyBasis { settings: Arc::new(settings.basis.clone()) };
         let settings = settings.checked().map_err(|error| refused(error, &basis.settings))?;
         let joints = settings.joints().map_err(other_count)?;
-        let kernel = settings.kernel().map_err(value_error)?;
+        let kernel = settings.kernel()?;
         let settings = Arc::new(settings);
-        Ok(PyForm::under(&settings.clone(), Self { basis, joints, kernel, settings }))
+        Ok(New(PyForm::under(settings.clone(), Self { basis, joints, kernel, settings })))
     }
 
     /// The core's parameters for `N` joints.
     pub fn parameters<const N: usize>(&self) -> PyResult<FuzzyParameters<N>> {
-        self.settings.parameters().map_err(value_error)
+        Ok(self.settings.parameters()?)
     }
 
     /// The same for the joints of an arm.
-    pub fn of_joints(&self, py: Python<'_>, joints: usize) -> PyResult<Py<Self>> {
+    pub fn of_joints(&self, joints: usize) -> PyResult<New<Self>> {
         let gain = PerJoint::Each(self.settings.gain.values(joints));
-        let settings = CompensatorSettings { gain, ..(*self.settings).clone() };
-        Py::new(py, Self::under(self.basis.clone(), settings)?)
+        Self::made(CompensatorSettings { gain, ..(*self.settings).clone() })
     }
 
     fn joints_or_default(&self) -> usize {
@@ -230,7 +220,7 @@ impl PyFuzzyCompensator {
         ] {
             *number = scalar_or(given, *number, name)?;
         }
-        settings.dictionary = dictionary.map(|it| count(it, "dictionary")).transpose()?;
+        settings.dictionary = dictionary.map(|it| count(it, "dictionary", 1)).transpose()?;
         let form = settings.basis.form;
         if let Some(capacity) = settings.dictionary.filter(|_| form != Rules::Grid) {
             let name = form.name();
@@ -248,19 +238,19 @@ impl PyFuzzyCompensator {
         }
         let part = merge_tolerance.map(|it| scalar(it, "merge_tolerance"));
         settings.merge_tolerance = part.transpose()?;
-        Self::under(basis, settings)
+        Ok(Self::made(settings)?.0)
     }
 
     /// The basis ξ.
     #[getter]
-    fn basis(&self, py: Python<'_>) -> PyResult<Py<PyFuzzyBasis>> {
-        self.basis.object(py)
+    fn basis(&self) -> New<PyFuzzyBasis> {
+        PyFuzzyBasis::made(self.basis.settings.clone())
     }
 
     /// Γ⁻¹ of each joint, (n,).
     #[getter]
-    fn gain<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, self.settings.gain.values(self.joints_or_default()))
+    fn gain(&self) -> Array<1> {
+        self.settings.gain.values(self.joints_or_default()).into()
     }
 
     /// γ of (19).
@@ -271,8 +261,8 @@ impl PyFuzzyCompensator {
 
     /// Diagonal of Q, (2n,): [e₁ … eₙ, de₁ … deₙ].
     #[getter]
-    fn q<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        owned1(py, self.settings.q.values(2 * self.joints_or_default()))
+    fn q(&self) -> Array<1> {
+        self.settings.q.values(2 * self.joints_or_default()).into()
     }
 
     /// States of the kernel form at the most; None without a dictionary.

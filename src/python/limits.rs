@@ -1,19 +1,22 @@
 //! A reference against an arm's limits, before it runs.
 
 use core::cell::RefCell;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
-use super::errors::value_error;
+use super::form::{Fields, New, PyForm, fields};
 use super::monitor::Monitor;
-use super::sources::{AnyReference, Callback};
+use super::sources::Source;
 use crate::arm::Serial;
 use crate::design::{Excess, check_limits};
 use crate::math::Vector;
 use crate::reference::{Reference, Setpoint};
 
 /// A limit of a joint that a reference exceeds, where it does so most; of `Serial.check`.
-#[pyclass(name = "Excess", module = "steadyarm", frozen, get_all)]
+#[pyclass(name = "Excess", module = "steadyarm", frozen, get_all, extends = PyForm)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct PyExcess {
     /// Joint, from 0.
     joint: usize,
@@ -36,12 +39,19 @@ pub(super) struct PyExcess {
 }
 
 impl PyExcess {
-    pub fn new(name: String, excess: Excess) -> Self {
+    pub fn new(name: String, excess: Excess) -> New<Self> {
         let Excess { joint, bound, limit, value, time, first, .. } = excess;
         let (by, message) = (excess.by(), format!("joint {name:?}: {excess}"));
-        Self { joint, name, bound: bound.name().into(), limit, value, by, time, first, message }
+        let bound = bound.name().into();
+        Self { joint, name, bound, limit, value, by, time, first, message }.made()
+    }
+
+    fn made(self) -> New<Self> {
+        New(PyForm::under(Arc::new(self.clone()), self))
     }
 }
+
+fields! { PyExcess { joint, name, bound, limit, value, by, time, first, message } }
 
 #[pymethods]
 impl PyExcess {
@@ -57,28 +67,18 @@ impl PyExcess {
         time: f64,
         first: f64,
         message: String,
-    ) -> Self {
-        Self { joint, name, bound, limit, value, by, time, first, message }
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let Self { joint, name, bound, limit, value, by, time, first, message } = slf.get();
-        let arguments = (joint, name, bound, limit, value, by, time, first, message);
-        Ok((slf.get_type().into_any(), arguments.into_pyobject(slf.py())?.into_any()))
+    ) -> PyClassInitializer<Self> {
+        Self { joint, name, bound, limit, value, by, time, first, message }.made().0
     }
 
     fn __str__(&self) -> &str {
         &self.message
     }
-
-    fn __repr__(&self) -> String {
-        format!("Excess({})", self.message)
-    }
 }
 
 /// A reference that can be stopped from the keyboard.
 struct Watched<'a, const N: usize> {
-    reference: &'a AnyReference<N>,
+    reference: &'a Source<N>,
     monitor: &'a RefCell<Monitor>,
 }
 
@@ -98,15 +98,15 @@ pub(super) fn check<const N: usize>(
     reference: &Bound<'_, PyAny>,
     [duration, dt]: [f64; 2],
 ) -> PyResult<Vec<Excess>> {
-    let reference = AnyReference::<N>::new(reference)?;
+    let reference = Source::<N>::reference(reference, "reference")?;
     let (check, interrupted) = py.detach(|| {
         let monitor = RefCell::new(Monitor::new(None));
         let watched = Watched { reference: &reference, monitor: &monitor };
         let check = check_limits(arm, &watched, duration, dt);
         (check, monitor.into_inner().raised)
     });
-    if let Some(error) = reference.callback().and_then(Callback::raised).or(interrupted) {
+    if let Some(error) = reference.raised().or(interrupted) {
         return Err(error);
     }
-    Ok(check.map_err(value_error)?.excesses().copied().collect())
+    Ok(check?.excesses().copied().collect())
 }

@@ -13,7 +13,6 @@ mod form;
 mod fuzzy;
 mod limits;
 mod monitor;
-mod motion;
 mod per_joint;
 mod plant;
 mod riccati;
@@ -80,7 +79,7 @@ mod core_module {
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
-    use super::scenario::{paper_settings, read_scenario};
+    use super::scenario::{paper_scenario, read_scenario};
     #[pymodule_export]
     use super::serial::PySerial;
     #[pymodule_export]

@@ -1,20 +1,24 @@
 //! `Plant`: what is really there.
 
+use std::sync::Arc;
+
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 
 use super::any_arm::AnyArm;
 use super::arm::PyArm;
-use super::convert::{Any, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar};
+use super::convert::{
+    Any, Array, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar,
+};
 use super::dispatch::{by_joints, each, for_joints};
-use super::errors::value_error;
-use super::sources::{AnyDisturbance, Callback};
+use super::form::{Objects, PyForm, limits};
+use super::sources::Source;
 use crate::error::{finite, positive};
 use crate::plant;
 use crate::sim::{self, Motion};
 
 /// A plant of `N` joints.
-pub(super) type Plant<const N: usize> = plant::Plant<N, AnyArm<N>, AnyDisturbance<N>>;
+pub(super) type Plant<const N: usize> = plant::Plant<N, AnyArm<N>, Option<Source<N>>>;
 
 by_joints! {
     /// A plant of any joint count.
@@ -23,7 +27,8 @@ by_joints! {
 
 /// What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
 ///
-/// That is (6) with the `Serial.stops` of the arm, if it has any.
+/// That is (6) with the `Serial.stops` of the arm, if it has any. Two are equal when arm, limits
+/// and disturbance are; a callable is as Python says, mostly to itself alone.
 ///
 /// Parameters
 /// ----------
@@ -31,10 +36,10 @@ by_joints! {
 /// disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
 ///     torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
 /// effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
-#[pyclass(name = "Plant", module = "steadyarm", frozen)]
+#[pyclass(name = "Plant", module = "steadyarm", frozen, extends = PyForm)]
 pub(super) struct PyPlant {
     pub plants: Plants,
-    arguments: Py<PyAny>,
+    arguments: Arc<Objects>,
 }
 
 #[pymethods]
@@ -46,30 +51,31 @@ impl PyPlant {
         arm: Any<'_, '_>,
         disturbance: Given<'_, '_>,
         effort_limit: Given<'_, '_>,
-    ) -> PyResult<Self> {
+    ) -> PyResult<PyClassInitializer<Self>> {
         let joints = PyArm::of(arm)?.joints();
         let plants = for_joints!(joints, plant(arm, disturbance, effort_limit))?;
-        let limit = each!(&plants, Plants, plant => plant.effort_limit().to_vec());
-        let arguments = (arm, disturbance, limit).into_pyobject(py)?;
-        Ok(Self { plants, arguments: arguments.into_any().unbind() })
+        let limit = each!(&plants, Plants, plant => limits(plant.effort_limit()));
+        let names = &["arm", "disturbance", "effort_limit"];
+        let arguments = Arc::new(Objects::new(py, names, (arm, disturbance, limit))?);
+        Ok(PyForm::under(arguments.clone(), Self { plants, arguments }))
     }
 
     /// The true arm.
     #[getter]
     fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(0)
+        self.arguments.get(py, 0)
     }
 
     /// τ_d as it was given.
     #[getter]
     fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(1)
+        self.arguments.get(py, 1)
     }
 
     /// Largest torque of each actuator [N·m], (n,); inf without a limit.
     #[getter]
-    fn effort_limit<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.plants, Plants, plant => array1(py, plant.effort_limit()))
+    fn effort_limit(&self) -> Array<1> {
+        each!(&self.plants, Plants, plant => plant.effort_limit()[..].into())
     }
 
     /// Move on by ``dt`` [s] from time ``t`` [s] under the held torque ``tau`` [N·m].
@@ -89,19 +95,10 @@ impl PyPlant {
         each!(&self.plants, Plants, plant => step(py, plant, [q, dq, tau], t, dt))
     }
 
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> (Bound<'py, PyAny>, Py<PyAny>) {
-        (slf.get_type().into_any(), slf.get().arguments.clone_ref(slf.py()))
-    }
-
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), pyo3::PyTraverseError> {
-        let callback = each!(&self.plants, Plants, plant => plant.disturbance.callback());
-        callback.map_or(Ok(()), |callback| callback.traverse(visit))?;
-        visit.call(&self.arguments)
-    }
-
-    fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (arm, disturbance) = (self.arm(py)?, self.disturbance(py)?);
-        Ok(format!("Plant({}, disturbance={})", arm.repr()?, disturbance.repr()?))
+        each!(&self.plants, Plants, plant => {
+            plant.disturbance.as_ref().map_or(Ok(()), |source| source.traverse(&visit))
+        })
     }
 }
 
@@ -114,10 +111,10 @@ fn plant<const N: usize>(
 where
     Plants: From<Plant<N>>,
 {
-    let disturbance = disturbance.map_or(Ok(AnyDisturbance::NONE), AnyDisturbance::new)?;
+    let disturbance = disturbance.map_or(Ok(None), Source::disturbance)?;
     let mut plant: Plant<N> = plant::Plant::new(PyArm::of(arm)?.any()?.clone(), disturbance);
     if let Some(limit) = effort_limit {
-        plant = plant.with_effort_limit(joints(limit, "effort_limit")?).map_err(value_error)?;
+        plant = plant.with_effort_limit(joints(limit, "effort_limit")?)?;
     }
     Ok(plant.into())
 }
@@ -133,12 +130,12 @@ fn step<'py, const N: usize>(
     let motion = Motion { q: finite_vector(q, "q")?, dq: finite_vector(dq, "dq")? };
     let (tau, t) = (finite_vector(tau, "tau")?, finite_scalar(t, "t")?);
     let dt = scalar(dt, "dt")?;
-    positive("dt", &[dt]).map_err(value_error)?;
+    positive("dt", &[dt])?;
     let next = sim::hold_torque(plant, &motion, &tau, t, dt);
-    if let Some(error) = plant.disturbance.callback().and_then(Callback::raised) {
+    if let Some(error) = plant.disturbance.as_ref().and_then(Source::raised) {
         return Err(error);
     }
     let motion = [next.q.as_slice(), next.dq.as_slice()].concat();
-    finite("disturbance, tau or dt: next motion", &motion).map_err(value_error)?;
+    finite("disturbance, tau or dt: next motion", &motion)?;
     Ok((array1(py, next.q.as_slice()), array1(py, next.dq.as_slice())))
 }

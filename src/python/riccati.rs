@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, SMatrix};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use super::convert::{Any, Array2, matrix, matrix_of, owned2, renamed, scalar_or, wrong_shape};
+use super::convert::{Any, Array, matrix, matrix_of, renamed, scalar_or, wrong_shape};
 use super::errors::value_error;
 use crate::error::{Error, Result};
 use crate::riccati;
@@ -52,8 +52,8 @@ impl PySolution {
     /// P, (S, S), symmetric.
     #[getter]
     #[pyo3(name = "P")]
-    fn p<'py>(&self, py: Python<'py>) -> PyResult<Array2<'py>> {
-        array(py, &self.solution.p)
+    fn p(&self) -> Array<2> {
+        array(&self.solution.p)
     }
 
     /// ‖left side‖ / (2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖), Frobenius norms, at most 1e-12.
@@ -103,7 +103,7 @@ impl PySolution {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (py, Self { problem, equation, .. }) = (slf.py(), slf.get());
         let Problem { a, b, q } = problem;
-        let (a, b, q) = (array(py, a)?, array(py, b)?, array(py, q)?);
+        let (a, b, q) = (array(a), array(b), array(q));
         let core = py.import("steadyarm._core")?;
         Ok(match equation {
             Equation::BoundedReal { gamma } => {
@@ -111,7 +111,7 @@ impl PySolution {
                 (core.getattr("bounded_real_riccati")?, arguments)
             }
             Equation::Care { r } => {
-                (core.getattr("care")?, (a, b, q, array(py, r)?).into_pyobject(py)?.into_any())
+                (core.getattr("care")?, (a, b, q, array(r)).into_pyobject(py)?.into_any())
             }
         })
     }
@@ -249,6 +249,6 @@ fn from_rows(rows: usize, columns: usize, values: &[f64]) -> DMatrix<f64> {
     DMatrix::from_row_slice(rows, columns, values)
 }
 
-fn array<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Array2<'py>> {
-    owned2(py, matrix.transpose().as_slice().to_vec(), matrix.ncols())
+fn array(matrix: &DMatrix<f64>) -> Array<2> {
+    Array::rows(matrix.transpose().as_slice().to_vec(), matrix.ncols())
 }

@@ -1,13 +1,16 @@
 //! `Serial`: any chain, from a file, a table or the wheel.
 
+use std::sync::Arc;
+
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::{Chains, chain};
-use super::arm::{New, PyArm};
-use super::convert::{Any, Array1, Array2, Given, array1, finite_vector, owned1, owned2};
+use super::arm::PyArm;
+use super::convert::{Any, Array, Given, columns, finite_vector};
 use super::dispatch::{each, for_joints};
-use super::errors::{read_error, value_error};
+use super::form::{Fields, New};
 use super::limits::PyExcess;
 use super::serial_files::{self, triple};
 use crate::arm::{JointFriction, Link};
@@ -15,7 +18,8 @@ use crate::robot::{Description, UrdfOptions, shipped};
 
 /// A serial arm of 1 to 12 revolute and prismatic joints on a fixed base.
 ///
-/// Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit.
+/// Made by `from_urdf`, `from_dh`, `from_toml` or `shipped`. Pickles by its TOML, bit for bit, and
+/// two are equal when all that it says is. `with_payload` and the like are copies with changes.
 ///
 /// Raises
 /// ------
@@ -25,22 +29,28 @@ use crate::robot::{Description, UrdfOptions, shipped};
 ///     For a file that cannot be opened.
 #[pyclass(name = "Serial", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PySerial {
-    pub description: Description,
+    pub description: Arc<Description>,
     pub chain: Chains,
 }
 
 impl PySerial {
     pub fn new(description: Description) -> PyResult<New<Self>> {
         let (chain, arms) = for_joints!(description.joints.len(), chain(&description))?;
-        Ok(New(PyClassInitializer::from(PyArm { arms }).add_subclass(Self { description, chain })))
+        let description = Arc::new(description);
+        Ok(PyArm::under(description.clone(), arms, Self { description, chain }))
     }
 
     pub fn links(&self) -> &[Link] {
         each!(&self.chain, Chains, chain => chain.links())
     }
+}
 
-    fn column<'py>(&self, py: Python<'py>, of: impl Fn(&Link) -> f64) -> Array1<'py> {
-        owned1(py, self.links().iter().map(of).collect())
+impl Fields for Description {
+    fn fields<'py>(&self, _: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        Err(PyTypeError::new_err(
+            "Serial: an arm from a file has no arguments to replace, wants with_payload, \
+             with_friction, with_gravity, with_armature, with_stops or with_parameters",
+        ))
     }
 }
 
@@ -154,7 +164,7 @@ impl PySerial {
     #[staticmethod]
     #[pyo3(name = "shipped")]
     fn from_wheel(name: &str) -> PyResult<New<Self>> {
-        Self::new(shipped(name).map_err(read_error)?)
+        Self::new(shipped(name)?)
     }
 
     /// Return the arm as TOML; `from_toml` gives it back, bit for bit.
@@ -199,7 +209,7 @@ impl PySerial {
     /// Return the same arm under another ``gravity`` (3,) [m/s²], in the axes of the base.
     fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
         let gravity = triple(gravity, "gravity")?;
-        Self::new(Description { gravity, ..self.description.clone() })
+        Self::new(Description { gravity, ..(*self.description).clone() })
     }
 
     /// Return the same arm with inertial parameters π, (10n,), as `inertial_parameters` gives.
@@ -316,7 +326,7 @@ impl PySerial {
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
         dt: Given<'_, '_>,
-    ) -> PyResult<Vec<PyExcess>> {
+    ) -> PyResult<Vec<New<PyExcess>>> {
         self.excesses(py, reference, duration, dt)
     }
 
@@ -325,65 +335,55 @@ impl PySerial {
     /// "lower" and "upper" [rad], "velocity" [rad/s], "effort" [N·m].
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        dict.set_item("lower", self.column(py, |link| link.limits.lower))?;
-        dict.set_item("upper", self.column(py, |link| link.limits.upper))?;
-        dict.set_item("velocity", self.column(py, |link| link.limits.velocity))?;
-        dict.set_item("effort", self.column(py, |link| link.limits.effort))?;
-        Ok(dict)
+        Ok(columns!(py, self.links(), |link|
+            lower: link.limits.lower, upper: link.limits.upper,
+            velocity: link.limits.velocity, effort: link.limits.effort,
+        ))
     }
 
     /// M ddq_r + C(q, dq) dq_r + G [N·m], (n,), without friction and stops.
-    fn slotine_li<'py>(
+    fn slotine_li(
         &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-        dq_r: Any<'_, 'py>,
-        ddq_r: Any<'_, 'py>,
-    ) -> PyResult<Array1<'py>> {
+        q: Any<'_, '_>,
+        dq: Any<'_, '_>,
+        dq_r: Any<'_, '_>,
+        ddq_r: Any<'_, '_>,
+    ) -> PyResult<Array<1>> {
         each!(&self.chain, Chains, chain => {
             let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
             let (dq_r, ddq_r) = (finite_vector(dq_r, "dq_r")?, finite_vector(ddq_r, "ddq_r")?);
-            Ok(array1(py, chain.slotine_li(&q, &dq, &dq_r, &ddq_r).as_slice()))
+            Ok(chain.slotine_li(&q, &dq, &dq_r, &ddq_r).into())
         })
     }
 
     /// Y(q, dq, ddq), (n, 10n): ``Y @ inertial_parameters()`` = M ddq + C dq + G.
     ///
     /// Without friction, stops and armature.
-    fn regressor<'py>(
-        &self,
-        py: Python<'py>,
-        q: Any<'_, 'py>,
-        dq: Any<'_, 'py>,
-        ddq: Any<'_, 'py>,
-    ) -> PyResult<Array2<'py>> {
+    fn regressor(&self, q: Any<'_, '_>, dq: Any<'_, '_>, ddq: Any<'_, '_>) -> PyResult<Array<2>> {
         let width = 10 * self.chain.joints();
         let mut y = vec![0.0; width * self.chain.joints()];
         each!(&self.chain, Chains, chain => {
             let (q, dq) = (finite_vector(q, "q")?, finite_vector(dq, "dq")?);
-            chain.regressor(&q, &dq, &finite_vector(ddq, "ddq")?, &mut y).map_err(value_error)?;
+            chain.regressor(&q, &dq, &finite_vector(ddq, "ddq")?, &mut y)?;
         });
-        owned2(py, y, width)
+        Ok(Array::rows(y, width))
     }
 
     /// π, (10n,), of each link: m, m c, moments xx, xy, yy, xz, yz, zz about its origin.
-    fn inertial_parameters<'py>(&self, py: Python<'py>) -> PyResult<Array1<'py>> {
+    fn inertial_parameters(&self) -> PyResult<Array<1>> {
         let mut pi = vec![0.0; 10 * self.chain.joints()];
-        each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))
-            .map_err(value_error)?;
-        Ok(owned1(py, pi))
+        each!(&self.chain, Chains, chain => chain.inertial_parameters(&mut pi))?;
+        Ok(pi.into())
     }
 
     /// Jacobian of the tip in the axes of the base, (6, n).
     ///
     /// ``J @ dq`` is the velocity of the tip [m/s] (rows 0 to 2) and its angular velocity [rad/s]
     /// (rows 3 to 5).
-    fn jacobian<'py>(&self, py: Python<'py>, q: Any<'_, 'py>) -> PyResult<Array2<'py>> {
+    fn jacobian(&self, q: Any<'_, '_>) -> PyResult<Array<2>> {
         each!(&self.chain, Chains, chain => {
             let jacobian = chain.jacobian(&finite_vector(q, "q")?);
-            owned2(py, jacobian.transpose().as_slice().to_vec(), self.chain.joints())
+            Ok(Array::rows(jacobian.transpose().as_slice().to_vec(), self.chain.joints()))
         })
     }
 

@@ -3,12 +3,12 @@
 use pyo3::prelude::*;
 
 use super::any_arm::Chains;
-use super::arm::New;
 use super::convert::{
     Any, Given, Numbers, each_joint, numbers, renamed, scalar, scalar_or, whole, wrong_shape,
 };
 use super::dispatch::each;
-use super::errors::{read_error, value_error};
+use super::errors::value_error;
+use super::form::New;
 use super::limits::{PyExcess, check};
 use super::serial::PySerial;
 use super::serial_files::{moments, refuse_stops_without_ends, triple};
@@ -25,7 +25,7 @@ const PERIOD: f64 = 1e-3;
 impl PySerial {
     /// The same robot with other links.
     fn changed(&self, links: Vec<Link>) -> PyResult<New<Self>> {
-        Self::new(self.description.with_links(links).map_err(read_error)?)
+        Self::new(self.description.with_links(links)?)
     }
 
     /// The same robot, each joint and its link changed.
@@ -64,7 +64,7 @@ impl PySerial {
 
     pub fn geared(&self, armature: Any<'_, '_>) -> PyResult<New<Self>> {
         let armature = self.values(Some(armature), 0.0, "armature")?;
-        non_negative("armature", &armature).map_err(value_error)?;
+        non_negative("armature", &armature)?;
         self.each(|joint, link| link.armature = armature[joint])
     }
 
@@ -76,7 +76,7 @@ impl PySerial {
             let wanted = format!("({},)", 10 * self.chain.joints());
             return Err(wrong_shape("parameters", &shape, &wanted));
         }
-        finite("parameters", &values).map_err(value_error)?;
+        finite("parameters", &values)?;
         self.each(|joint, link| link.inertia = Inertia::from_parameters(&of_links[joint]))
     }
 
@@ -129,7 +129,7 @@ impl PySerial {
         let links = each!(&self.chain, Chains, chain => {
             chain.perturb(seed, &perturbation).map(|arm| arm.links().to_vec())
         });
-        self.changed(links.map_err(value_error)?)
+        self.changed(links?)
     }
 
     /// What a reference exceeds of the limits.
@@ -139,7 +139,7 @@ impl PySerial {
         reference: Any<'_, '_>,
         duration: Any<'_, '_>,
         dt: Given<'_, '_>,
-    ) -> PyResult<Vec<PyExcess>> {
+    ) -> PyResult<Vec<New<PyExcess>>> {
         let times = [scalar(duration, "duration")?, scalar_or(dt, PERIOD, "dt")?];
         let excesses = each!(&self.chain, Chains, chain => check(py, chain, reference, times))?;
         let joints = &self.description.joints;

@@ -7,9 +7,10 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyString};
 
-use super::convert::{Any, Numbers, matrix_of, numbers, scalar, word, wrong_shape, wrong_type};
+use super::convert::{
+    Any, Numbers, matrix_of, numbers, object, scalar, word, wrong_shape, wrong_type,
+};
 use super::dispatch::MAX_JOINTS;
-use super::errors::read_error;
 use super::saving;
 use crate::arm::{Inertia, JointFriction, JointKind, Link, Unphysical};
 use crate::math::Matrix;
@@ -40,7 +41,7 @@ pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Descri
         Source::Text(text) => Description::from_urdf_with(&text, options),
         Source::Path(path) => Description::from_urdf_file_with(path, options),
     }
-    .map_err(read_error)
+    .map_err(PyErr::from)
 }
 
 /// What is done about links that no body is stands in the file, unless it is given.
@@ -54,7 +55,7 @@ pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<
         Source::Text(text) => read(&text),
         Source::Path(path) => Description::from_file(path, read),
     }
-    .map_err(read_error)
+    .map_err(PyErr::from)
 }
 
 /// From a table.
@@ -67,7 +68,7 @@ pub(super) fn dh(
 ) -> PyResult<Description> {
     let (gravity, policy) = (gravity(gravity_of)?, unphysical(policy)?.unwrap_or_default());
     let (rows, convention) = (dh_rows(columns)?, self::convention(convention)?);
-    Description::from_dh_taking(name, &rows, convention, gravity, policy).map_err(read_error)
+    Ok(Description::from_dh_taking(name, &rows, convention, gravity, policy)?)
 }
 
 /// The usual one, unless it is given.
@@ -77,10 +78,8 @@ pub(super) fn gravity(value: Option<Any<'_, '_>>) -> PyResult<[f64; 3]> {
 
 /// What is done about links that no body is, if it is said.
 pub(super) fn unphysical(value: Option<Any<'_, '_>>) -> PyResult<Option<Unphysical>> {
-    const ALL: [Unphysical; 3] = [Unphysical::Refuse, Unphysical::Note, Unphysical::Nearest];
-    let Some(value) = value else { return Ok(None) };
-    let name = word(value, "unphysical", ALL.map(Unphysical::name))?;
-    Ok(ALL.into_iter().find(|one| one.name() == name))
+    let all = [Unphysical::Refuse, Unphysical::Note, Unphysical::Nearest];
+    value.map(|value| word(value, "unphysical", all.map(|it| (it.name(), it)))).transpose()
 }
 
 /// Refuses stops for an arm whose joints have no ends.
@@ -125,7 +124,7 @@ fn by_link<'py, T>(
     read: impl Fn(Bound<'py, PyAny>, &str) -> PyResult<T>,
 ) -> PyResult<BTreeMap<String, T>> {
     let Some(value) = value else { return Ok(BTreeMap::new()) };
-    let mapping = value.cast::<PyMapping>().map_err(|_| wrong_type(argument, value, wanted))?;
+    let mapping = object::<PyMapping>(value, argument, wanted)?;
     let mut found = BTreeMap::new();
     for item in mapping.items()?.iter() {
         let (key, value) = item.extract::<(Bound<'py, PyAny>, Bound<'py, PyAny>)>()?;
@@ -159,11 +158,8 @@ pub(super) fn moments(value: Any<'_, '_>, name: &str) -> PyResult<Matrix<3>> {
 
 /// "standard" by default.
 fn convention(value: Option<Any<'_, '_>>) -> PyResult<Convention> {
-    let Some(value) = value else { return Ok(Convention::Standard) };
-    Ok(match word(value, "convention", ["standard", "modified"])? {
-        "modified" => Convention::Modified,
-        _ => Convention::Standard,
-    })
+    let all = [("standard", Convention::Standard), ("modified", Convention::Modified)];
+    value.map_or(Ok(Convention::Standard), |value| word(value, "convention", all))
 }
 
 /// Columns of a Denavit-Hartenberg table: a value a joint, or one for all.
@@ -178,17 +174,15 @@ pub(super) struct Columns<'a, 'py> {
     pub joint: [Option<Any<'a, 'py>>; 3],
 }
 
-/// A column of numbers, tensors of this many dimensions.
+/// A column of numbers: for every joint a number, a vector of 3 or a matrix of 3 × 3.
 struct Column {
     name: &'static str,
     numbers: Option<Numbers>,
-    dimensions: usize,
 }
 
 impl Column {
-    fn new(value: Option<Any<'_, '_>>, name: &'static str, dimensions: usize) -> PyResult<Self> {
-        let numbers = value.map(|value| numbers(value, name)).transpose()?;
-        Ok(Self { name, numbers, dimensions })
+    fn new(value: Option<Any<'_, '_>>, name: &'static str) -> PyResult<Self> {
+        Ok(Self { name, numbers: value.map(|value| numbers(value, name)).transpose()? })
     }
 
     /// The rows that it has, if it is no scalar.
@@ -196,24 +190,26 @@ impl Column {
         self.numbers.as_ref()?.shape.first().copied()
     }
 
-    /// Entries of a joint: one, or as many as the shape after the first dimension.
-    fn of(&self, joint: usize, joints: usize, fits: &[&[usize]]) -> PyResult<Vec<f64>> {
-        let Some(Numbers { shape, values }) = &self.numbers else { return Ok(vec![0.0]) };
-        if shape.is_empty() {
-            return Ok(values.clone());
+    /// The entry of a joint out of so many, of one of these ranks; or the one number of a scalar.
+    fn of(&self, joint: usize, joints: usize, ranks: &[usize]) -> PyResult<&[f64]> {
+        let Some(Numbers { shape, values }) = &self.numbers else { return Ok(&[0.0]) };
+        match &shape[..] {
+            [] => Ok(values),
+            [rows, entry @ ..]
+                if *rows == joints
+                    && ranks.contains(&entry.len())
+                    && entry.iter().all(|&size| size == 3) =>
+            {
+                let size = values.len() / joints;
+                Ok(&values[joint * size..(joint + 1) * size])
+            }
+            _ => {
+                let entry = |&rank: &usize| if rank == 0 { ",".into() } else { ", 3".repeat(rank) };
+                let shapes = ranks.iter().map(|rank| format!("({joints}{})", entry(rank)));
+                let wanted = shapes.collect::<Vec<_>>().join(" or ");
+                Err(wrong_shape(self.name, shape, &format!("a scalar or {wanted}")))
+            }
         }
-        let Some(entry) = fits.iter().find(|entry| shape[0] == joints && shape[1..] == ***entry)
-        else {
-            let rest = ["", ", 3", ", 3, 3"][..=self.dimensions.min(2)].iter();
-            let wanted: Vec<String> = rest
-                .filter(|rest| fits.iter().any(|fit| fit.len() == rest.matches('3').count()))
-                .map(|rest| format!("({joints}{})", if rest.is_empty() { "," } else { rest }))
-                .collect();
-            let wanted = format!("a scalar or {}", wanted.join(" or "));
-            return Err(wrong_shape(self.name, shape, &wanted));
-        };
-        let size = entry.iter().product::<usize>();
-        Ok(values[joint * size..(joint + 1) * size].to_vec())
     }
 }
 
@@ -223,10 +219,10 @@ fn dh_rows(columns: &Columns<'_, '_>) -> PyResult<Vec<DhRow>> {
     let names = ["a", "alpha", "d", "theta_offset"].into_iter().zip(columns.lengths);
     let more = ["viscous", "coulomb", "armature"].into_iter().zip(columns.joint);
     for (name, value) in names.chain(more).chain([("mass", columns.mass)]) {
-        scalars.push(Column::new(value, name, 0)?);
+        scalars.push(Column::new(value, name)?);
     }
-    let com = Column::new(columns.com, "com", 1)?;
-    let inertia = Column::new(columns.inertia, "inertia", 2)?;
+    let com = Column::new(columns.com, "com")?;
+    let inertia = Column::new(columns.inertia, "inertia")?;
     let rows = scalars.iter().chain([&com, &inertia]).find_map(Column::rows).unwrap_or(1);
     if rows == 0 || rows > MAX_JOINTS {
         return Err(super::dispatch::too_many_joints(rows));
@@ -245,14 +241,14 @@ fn dh_row(
 ) -> PyResult<DhRow> {
     let mut row = [0.0; 8];
     for (entry, column) in row.iter_mut().zip(scalars) {
-        *entry = column.of(joint, joints, &[&[]])?[0];
+        *entry = column.of(joint, joints, &[0])?[0];
     }
     let [a, alpha, d, theta_offset, viscous, coulomb, armature, mass] = row;
-    let com = match com.of(joint, joints, &[&[3]])?[..] {
+    let com = match *com.of(joint, joints, &[1])? {
         [x, y, z] => [x, y, z],
         ref same => [same[0]; 3],
     };
-    let moments = match inertia.of(joint, joints, &[&[3], &[3, 3]])?[..] {
+    let moments = match *inertia.of(joint, joints, &[1, 2])? {
         [same] => Matrix::<3>::from_diagonal_element(same),
         [x, y, z] => Matrix::<3>::from_diagonal(&[x, y, z].into()),
         ref matrix => Matrix::<3>::from_row_slice(matrix),
@@ -264,13 +260,8 @@ fn dh_row(
 
 /// "revolute", "continuous" or "prismatic", for all joints or each.
 fn kinds(value: Option<Any<'_, '_>>, joints: usize) -> PyResult<Vec<JointKind>> {
-    let kind = |value: Any<'_, '_>| {
-        Ok(match word(value, "kind", ["revolute", "continuous", "prismatic"])? {
-            "prismatic" => JointKind::Prismatic,
-            "continuous" => JointKind::Continuous,
-            _ => JointKind::Revolute,
-        })
-    };
+    let all = [JointKind::Revolute, JointKind::Continuous, JointKind::Prismatic];
+    let kind = |value: Any<'_, '_>| word(value, "kind", all.map(|it| (it.name(), it)));
     let Some(value) = value else { return Ok(vec![JointKind::Revolute; joints]) };
     if value.is_instance_of::<PyString>() {
         return Ok(vec![kind(value)?; joints]);

@@ -2,20 +2,26 @@
 
 use std::sync::Arc;
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::convert::{
-    Any, Given, finite_scalar, matrix_of, numbers, scalar, scalar_or, wrong_shape,
+    Any, Array, Given, finite_scalar, matrix_of, numbers, scalar, scalar_or, wrong_shape,
 };
-use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, for_joints};
+use super::dispatch::{DEFAULT_JOINTS, MAX_JOINTS, by_joints, each, for_joints, of_joints};
 use super::errors::value_error;
-use super::form::PyForm;
-use super::motion::{Signal, Triple};
+use super::form::{New, PyForm};
 use super::per_joint::{amplitudes, other_count, per_joint, rows};
+use crate::reference::{Reference, Setpoint};
 use crate::scenario::{
     Motion, MotionSettings, PerJoint, QuinticSettings, SinesSettings, TableSettings,
 };
+
+by_joints! {
+    /// A motion of any joint count.
+    Motions of Motion
+}
 
 /// A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 ///
@@ -24,14 +30,15 @@ use crate::scenario::{
 pub(super) struct PyMotion {
     /// `None`: any.
     pub joints: Option<usize>,
-    pub signal: Box<dyn Signal>,
+    motions: Motions,
     settings: Arc<MotionSettings>,
 }
 
 impl PyMotion {
-    /// For an arm.
+    /// For an arm; what is one number counts for all its joints.
     pub fn motion<const N: usize>(&self) -> PyResult<Motion<N>> {
-        self.settings.build().map_err(value_error)
+        let made = each!(&self.motions, Motions, motion => of_joints::<Motion<N>>(&**motion));
+        made.map_or_else(|| self.settings.build().map_err(value_error), |made| Ok(made.clone()))
     }
 
     /// The class of this motion, above it.
@@ -40,21 +47,39 @@ impl PyMotion {
         class: T,
     ) -> PyResult<PyClassInitializer<T>> {
         let joints = settings.joints().map_err(other_count)?;
-        let signal = for_joints!(joints.unwrap_or(DEFAULT_JOINTS), signal(&settings))?;
+        let motions = for_joints!(joints.unwrap_or(DEFAULT_JOINTS), motions(&settings))?;
         let settings = Arc::new(settings);
-        let motion = Self { joints, signal, settings: settings.clone() };
-        Ok(PyForm::under(&settings, motion).add_subclass(class))
+        let motion = Self { joints, motions, settings: settings.clone() };
+        Ok(PyForm::under(settings, motion).add_subclass(class))
+    }
+
+    /// The object of a motion.
+    pub fn object<'py>(py: Python<'py>, motion: &MotionSettings) -> PyResult<Bound<'py, PyAny>> {
+        let settings = motion.clone();
+        match motion {
+            MotionSettings::Sines(_) => New(Self::under(settings, PySines)?).into_bound_py_any(py),
+            MotionSettings::Quintic(_) => {
+                New(Self::under(settings, PyQuintic)?).into_bound_py_any(py)
+            }
+            MotionSettings::Table(_) => New(Self::under(settings, PyTable)?).into_bound_py_any(py),
+        }
     }
 }
 
-fn signal<const N: usize>(settings: &MotionSettings) -> PyResult<Box<dyn Signal>> {
-    Ok(Box::new(settings.build::<N>().map_err(value_error)?))
+fn motions<const N: usize>(settings: &MotionSettings) -> PyResult<Motions>
+where
+    Motions: From<Motion<N>>,
+{
+    Ok(settings.build::<N>()?.into())
 }
 
 #[pymethods]
 impl PyMotion {
-    fn __call__<'py>(&self, py: Python<'py>, t: Any<'_, 'py>) -> PyResult<Triple<'py>> {
-        Ok(self.signal.at_time(py, finite_scalar(t, "t")?))
+    fn __call__(&self, t: Any<'_, '_>) -> PyResult<(Array<1>, Array<1>, Array<1>)> {
+        each!(&self.motions, Motions, motion => {
+            let Setpoint { q, dq, ddq } = motion.at(finite_scalar(t, "t")?);
+            Ok((q.into(), dq.into(), ddq.into()))
+        })
     }
 }
 

@@ -1,18 +1,18 @@
 //! The simulation call, its record, and its metrics.
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
 use super::convert::{
-    Any, Given, count, joints, matrix, matrix_of, numbers, owned1, owned2, scalar, word,
-    wrong_shape, wrong_type,
+    Any, Array, Given, columns, count, joints, matrix, matrix_of, numbers, object, scalar, word,
+    wrong_shape,
 };
 use super::dispatch::{each, of_joints};
-use super::errors::value_error;
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
-use super::sources::{AnyReference, Callback};
+use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
 use super::tracker::PyComputedTorque;
 use crate::control::{Channel, Width};
@@ -67,22 +67,16 @@ pub(super) fn simulate<'py>(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
     let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
-    let method = match word(method, "method", ["rk4", "dp54"])? {
-        "rk4" => Method::Rk4,
-        _ => Method::Dp54(tolerance),
-    };
+    let methods = [("rk4", Method::Rk4), ("dp54", Method::Dp54(tolerance))];
+    let method = word(method, "method", methods)?;
     let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
     let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
-    let record_every = count(record_every, "record_every")?;
-    let record = match word(record, "record", ["all", "motion"])? {
-        "motion" => sim::Record::Motion,
-        _ => sim::Record::All,
-    };
+    let record_every = count(record_every, "record_every", 1)?;
+    let records = [("all", sim::Record::All), ("motion", sim::Record::Motion)];
+    let record = word(record, "record", records)?;
     let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
-    let plant = plant.cast::<PyPlant>().map_err(|_| wrong_type("plant", plant, "a Plant"))?;
-    let tracker = tracker
-        .cast::<PyComputedTorque>()
-        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?;
+    let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
+    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
     let mut twin = PyComputedTorque::twin(tracker)?;
     let start = twin.parts(py).1;
     let (plants, monitor) = (&plant.get().plants, Monitor::new(progress));
@@ -112,15 +106,14 @@ fn simulated<'py, const N: usize>(
     let Tracker { controller, state, latest, .. } = tracker;
     *latest = None;
     let options = settings.options()?;
-    let reference = AnyReference::new(reference)?;
+    let reference = Source::reference(reference, "reference")?;
     let run = py.detach(|| {
         sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
     });
-    let mut run = run.map_err(value_error)?;
+    let mut run = run?;
     // All are asked: the plant outlives the run.
-    let [of_reference, of_disturbance] = [reference.callback(), plant.disturbance.callback()]
-        .map(|it| it.and_then(Callback::raised));
-    let raised = match monitor.raised.or(of_reference).or(of_disturbance) {
+    let of_disturbance = plant.disturbance.as_ref().and_then(Source::raised);
+    let raised = match monitor.raised.or(reference.raised()).or(of_disturbance) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };
             None
@@ -131,8 +124,8 @@ fn simulated<'py, const N: usize>(
     let record = record(py, status, certificate, run.into_columns(), [rows, N])?;
     let (compensator, state) = (&controller.compensator, &state.compensator);
     let weights = compensator.weights(state).ok();
-    let weights = weights.map(|w| (w.len() / N, w)).map(|(columns, w)| owned2(py, w, columns));
-    record.set_item("weights", weights.transpose()?)?;
+    record
+        .set_item("weights", weights.map(|w| (w.len() / N, w)).map(|(n, w)| Array::rows(w, n)))?;
     record.set_item("dictionary", compensator.dictionary(py, state)?)?;
     Ok((record, raised))
 }
@@ -185,11 +178,16 @@ fn record<'py>(
     Ok(dict)
 }
 
-fn array(py: Python<'_>, width: Width, values: Vec<f64>, joints: usize) -> PyResult<Py<PyAny>> {
-    Ok(match width {
-        Width::One => owned1(py, values).into_any().unbind(),
-        Width::Joints => owned2(py, values, joints)?.into_any().unbind(),
-    })
+fn array(
+    py: Python<'_>,
+    width: Width,
+    values: Vec<f64>,
+    joints: usize,
+) -> PyResult<Bound<'_, PyAny>> {
+    match width {
+        Width::One => Array::from(values).into_bound_py_any(py),
+        Width::Joints => Array::rows(values, joints).into_bound_py_any(py),
+    }
 }
 
 /// Its kind, when it ended, and the reason.
@@ -234,7 +232,7 @@ pub(super) fn metrics<'py>(
         return Err(wrong_shape("window", &numbers_of_window.shape, "(from, to)"));
     };
     let band = scalar(band, "band")?;
-    positive("band", &[band]).map_err(value_error)?;
+    positive("band", &[band])?;
     let t = numbers(t, "t")?.values;
     let (rows, joints, e) = matrix(e, "e", "(T, n)")?;
     if rows != t.len() {
@@ -253,19 +251,14 @@ pub(super) fn metrics<'py>(
         .map(|n| sim::metrics(0, &t, &column(&e, n), &column(&tau, n), window))
         .collect::<Result<Vec<_>, Error>>()
         .map_err(|_| no_sample(from, to, &t))?;
-    let dict = PyDict::new(py);
-    let set = |name, joints: &[sim::Metrics], value: fn(&sim::Metrics) -> f64| {
-        let values: Vec<f64> = joints.iter().map(value).collect();
-        dict.set_item(name, owned1(py, values))
-    };
     let moved = if tau.is_empty() { &[][..] } else { &joints };
-    set("rms_e", &joints, |m| m.rms_e)?;
-    set("max_abs_e", &joints, |m| m.max_abs_e)?;
-    set("itae", &joints, |m| m.itae)?;
-    set("settling_time", &joints, |m| m.settling_time)?;
-    set("rms_tau", moved, |m| m.rms_tau)?;
-    set("max_abs_tau", moved, |m| m.max_abs_tau)?;
-    set("torque_variation", moved, |m| m.torque_variation)?;
+    let dict = columns!(py, joints, |m|
+        rms_e: m.rms_e, max_abs_e: m.max_abs_e, itae: m.itae, settling_time: m.settling_time,
+    );
+    let torques = columns!(py, moved, |m|
+        rms_tau: m.rms_tau, max_abs_tau: m.max_abs_tau, torque_variation: m.torque_variation,
+    );
+    dict.update(torques.as_mapping())?;
     Ok(dict)
 }
 

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 
 use super::any_arm::{AnyArm, Arms};
 use super::arm::PyArm;
-use super::convert::{Any, Array2, array1, matrix_of, numbers, owned2, type_name, vector};
+use super::convert::{Any, Array, array1, matrix_of, numbers, type_name, vector};
 use super::dispatch::{each, same_joints};
 use super::signals::PyMotion;
 use crate::arm::Arm;
@@ -36,14 +36,7 @@ impl Callback {
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
     }
 
-    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of
-    /// a cycle can, and a class that holds this needs no `__clear__`.
-    pub fn traverse(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.function)
-    }
-
-    /// What the function raised, if it did; it is forgotten here.
-    pub fn raised(&self) -> Option<PyErr> {
+    fn raised(&self) -> Option<PyErr> {
         self.raised.lock().ok()?.take()
     }
 
@@ -65,13 +58,23 @@ impl Callback {
     }
 }
 
-/// What a reference or a disturbance is made from.
-enum Source<const N: usize> {
+/// A reference, or (as an `Option`) a disturbance: a motion, or any Python callable.
+pub(super) enum Source<const N: usize> {
     Motion(Motion<N>),
     Callback(Callback),
 }
 
 impl<const N: usize> Source<N> {
+    /// The argument of this name.
+    pub fn reference(value: Any<'_, '_>, name: &str) -> PyResult<Self> {
+        Self::new(value, name, "t -> (q_d, dq_d, ddq_d)")
+    }
+
+    pub fn disturbance(value: Any<'_, '_>) -> PyResult<Option<Self>> {
+        let some = !value.is_none();
+        some.then(|| Self::new(value, "disturbance", "(q, dq, t) -> tau_d")).transpose()
+    }
+
     /// `name` and `call` are for the message to a user who gave something else.
     fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
         let Ok(motion) = value.cast::<PyMotion>() else {
@@ -79,37 +82,27 @@ impl<const N: usize> Source<N> {
         };
         let motion = motion.get();
         same_joints(name, motion.joints.unwrap_or(N), N)?;
-        match motion.signal.as_any().downcast_ref::<Motion<N>>() {
-            Some(motion) => Ok(Self::Motion(motion.clone())),
-            // Scalars, which count for the joints of any arm.
-            None => motion.motion().map(Self::Motion),
-        }
+        motion.motion().map(Self::Motion)
     }
 
-    fn callback(&self) -> Option<&Callback> {
-        if let Self::Callback(callback) = self { Some(callback) } else { None }
-    }
-}
-
-/// Any reference.
-pub(super) struct AnyReference<const N: usize>(Source<N>);
-
-impl<const N: usize> AnyReference<N> {
-    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
-        Source::new(value, "reference", "t -> (q_d, dq_d, ddq_d)").map(Self)
+    /// What the function raised, if it did; it is forgotten here.
+    pub fn raised(&self) -> Option<PyErr> {
+        if let Self::Callback(callback) = self { callback.raised() } else { None }
     }
 
-    pub fn callback(&self) -> Option<&Callback> {
-        self.0.callback()
+    /// Shows the function to the garbage collector. It cannot be set anew, so some other object of
+    /// a cycle can, and a class that holds this needs no `__clear__`.
+    pub fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
+        if let Self::Callback(callback) = self { visit.call(&callback.function) } else { Ok(()) }
     }
 }
 
-impl<const N: usize> Reference<N> for AnyReference<N> {
+impl<const N: usize> Reference<N> for Source<N> {
     #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
-        match &self.0 {
-            Source::Motion(motion) => motion.at(t),
-            Source::Callback(callback) => callback
+        match self {
+            Self::Motion(motion) => motion.at(t),
+            Self::Callback(callback) => callback
                 .call(Setpoint::at_rest(Vector::repeat(f64::NAN)), |function| {
                     setpoint(&function.call1((t,))?)
                 }),
@@ -138,14 +131,14 @@ fn setpoint<const N: usize>(value: &Bound<'_, PyAny>) -> PyResult<Setpoint<N>> {
 /// e and de are those of a controller with this nominal arm that was at ``q``, ``dq``, (T, n) each.
 /// Raises what a callable raises, and ValueError where it returns what is not finite.
 #[pyfunction]
-pub(super) fn desired_motion<'py>(
-    py: Python<'py>,
-    reference: Any<'_, 'py>,
-    arm: Any<'_, 'py>,
-    t: Any<'_, 'py>,
-    q: Any<'_, 'py>,
-    dq: Any<'_, 'py>,
-) -> PyResult<[Array2<'py>; 5]> {
+pub(super) fn desired_motion(
+    py: Python<'_>,
+    reference: Any<'_, '_>,
+    arm: Any<'_, '_>,
+    t: Any<'_, '_>,
+    q: Any<'_, '_>,
+    dq: Any<'_, '_>,
+) -> PyResult<[Array<2>; 5]> {
     let PyArm { arms } = PyArm::of(arm)?;
     let joints = arms.joints();
     let t = numbers(t, "t")?.values;
@@ -154,14 +147,14 @@ pub(super) fn desired_motion<'py>(
     each!(arms, Arms, arm => desired(py, reference, &**arm, &t, [&q, &dq]))
 }
 
-fn desired<'py, const N: usize>(
-    py: Python<'py>,
-    reference: Any<'_, 'py>,
+fn desired<const N: usize>(
+    py: Python<'_>,
+    reference: Any<'_, '_>,
     arm: &AnyArm<N>,
     t: &[f64],
     [q, dq]: [&[f64]; 2],
-) -> PyResult<[Array2<'py>; 5]> {
-    let (reference, wraps) = (AnyReference::<N>::new(reference)?, arm.wraps());
+) -> PyResult<[Array<2>; 5]> {
+    let (reference, wraps) = (Source::<N>::reference(reference, "reference")?, arm.wraps());
     let mut columns = [(); 5].map(|()| Vec::with_capacity(N * t.len()));
     py.detach(|| {
         for ((t, q), dq) in t.iter().zip(q.chunks_exact(N)).zip(dq.chunks_exact(N)) {
@@ -173,7 +166,7 @@ fn desired<'py, const N: usize>(
             }
         }
     });
-    if let Some(error) = reference.callback().and_then(Callback::raised) {
+    if let Some(error) = reference.raised() {
         return Err(error);
     }
     let lost = |column: &Vec<f64>| column.iter().position(|x| !x.is_finite());
@@ -182,32 +175,13 @@ fn desired<'py, const N: usize>(
         let message = format!("reference: got no number at t = {time} s, wants finite ones");
         return Err(PyValueError::new_err(message));
     }
-    let [q, dq, ddq, e, de] = columns.map(|column| owned2(py, column, N));
-    Ok([q?, dq?, ddq?, e?, de?])
+    Ok(columns.map(|column| Array::rows(column, N)))
 }
 
-/// Any disturbance, or none.
-pub(super) struct AnyDisturbance<const N: usize>(Option<Source<N>>);
-
-impl<const N: usize> AnyDisturbance<N> {
-    pub const NONE: Self = Self(None);
-
-    pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
-        if value.is_none() {
-            return Ok(Self::NONE);
-        }
-        Source::new(value, "disturbance", "(q, dq, t) -> tau_d").map(|source| Self(Some(source)))
-    }
-
-    pub fn callback(&self) -> Option<&Callback> {
-        self.0.as_ref()?.callback()
-    }
-}
-
-impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
+impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     #[inline]
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
-        match &self.0 {
+        match self {
             None => Vector::zeros(),
             Some(Source::Motion(motion)) => motion.position(t),
             Some(Source::Callback(callback)) => {
@@ -222,7 +196,7 @@ impl<const N: usize> Disturbance<N> for AnyDisturbance<N> {
 
     #[inline(always)]
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
-        match &self.0 {
+        match self {
             None => Some(Vector::zeros()),
             Some(Source::Motion(motion)) => Some(motion.position(t)),
             Some(Source::Callback(_)) => None,

@@ -6,21 +6,26 @@ use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use super::arm::PyArm;
 use super::compensator::compensator_of;
 use super::convert::{
-    Any, Array1, Array2, Given, array1, joints, matrix_of, owned2, scalar, vector, wrong_type,
+    Any, Array, Array1, Given, array1, joints, matrix_of, scalar, vector, wrong_type,
 };
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
+use super::form::{self, Form, Objects, limits};
 use super::saving;
-use super::tracked::{Arguments, Controller, Tracker, Trackers, tracker};
+use super::tracked::{Arguments, Tracker, Trackers, tracker};
 use crate::control::{Gains, Limits, Origin};
 use crate::error::Problem;
 use crate::math::Vector;
 use crate::reference::Setpoint;
+
+/// The arguments of the class.
+const NAMES: [&str; 7] =
+    ["arm", "kp", "kv", "compensator", "effort_limit", "effort_rate_limit", "last_tau"];
 
 /// Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
 ///
@@ -28,7 +33,9 @@ use crate::reference::Setpoint;
 /// of ``arm`` is continuous, e is taken around the circle, -π <= e < π.
 ///
 /// The object remembers its weights, its last torque, the number of its steps, and the period that
-/// is going on. Pickled or saved and restored, its next torques are the same to the bit.
+/// is going on. Pickled or saved and restored, its next torques are the same to the bit. What
+/// remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+/// first step.
 ///
 /// Parameters
 /// ----------
@@ -51,7 +58,7 @@ use crate::reference::Setpoint;
 ///     Naming the parameter.
 #[pyclass(name = "ComputedTorque", module = "steadyarm")]
 pub(super) struct PyComputedTorque {
-    arguments: Py<PyAny>,
+    arguments: Objects,
     pub trackers: Trackers,
 }
 
@@ -66,8 +73,8 @@ impl PyComputedTorque {
     }
 
     /// What it is made of: its arguments, and what it remembers.
-    pub fn parts<'py>(&self, py: Python<'py>) -> (Py<PyAny>, Bound<'py, PyBytes>) {
-        (self.arguments.clone_ref(py), self.__getstate__(py))
+    pub fn parts<'py>(&self, py: Python<'py>) -> (Py<PyTuple>, Bound<'py, PyBytes>) {
+        (self.arguments.values.clone_ref(py), self.__getstate__(py))
     }
 
     fn restore(&mut self, bytes: &[u8], other: bool) -> crate::error::Result<Origin> {
@@ -110,19 +117,18 @@ impl PyComputedTorque {
             Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit, last_tau };
         let joints = PyArm::of(arm)?.joints();
         let trackers = for_joints!(joints, tracker(&given))?;
-        let [kp, kv, effort, effort_rate] = each!(&trackers, Trackers, it => {
-            let Limits { effort_limit, effort_rate_limit } = it.controller.limits;
-            let Gains { kp, kv } = it.controller.law.gains;
-            [kp, kv, effort_limit, effort_rate_limit].map(|values| values.to_vec())
+        let (kp, kv, effort, effort_rate) = each!(&trackers, Trackers, it => {
+            let Limits { effort_limit, effort_rate_limit } = &it.controller.limits;
+            let Gains { kp, kv } = &it.controller.law.gains;
+            (kp.to_vec(), kv.to_vec(), limits(effort_limit), limits(effort_rate_limit))
         });
         let last_tau =
             each!(&trackers, Trackers, it => it.last_tau.map(|tau| tau.as_slice().to_vec()));
         // Scalars of the compensator count for the joints of this arm.
         let compensator =
-            compensator.map(|c| compensator_of(c)?.of_joints(py, joints)).transpose()?;
-        let arguments =
-            (arm, kp, kv, compensator, effort, effort_rate, last_tau).into_pyobject(py)?;
-        Ok(Self { arguments: arguments.into_any().unbind(), trackers })
+            compensator.map(|it| compensator_of(it)?.of_joints(joints)).transpose()?;
+        let values = (arm, kp, kv, compensator, effort, effort_rate, last_tau);
+        Ok(Self { arguments: Objects::new(py, &NAMES, values)?, trackers })
     }
 
     /// One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
@@ -178,26 +184,20 @@ impl PyComputedTorque {
 
     /// M₀v + H₀ of the latest step [N·m], (n,); None before it.
     #[getter]
-    fn tau_model<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.model.as_slice()))
-        })
+    fn tau_model(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.model.into()))
     }
 
     /// -M₀ρ̂ of the latest step [N·m], (n,); None before it.
     #[getter]
-    fn tau_compensation<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.compensation.as_slice()))
-        })
+    fn tau_compensation(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.compensation.into()))
     }
 
     /// ρ̂ of the latest step [rad/s²], (n,); None before it.
     #[getter]
-    fn rho_hat<'py>(&self, py: Python<'py>) -> Option<Array1<'py>> {
-        each!(&self.trackers, Trackers, it => {
-            it.latest.as_ref().map(|it| array1(py, it.rho_hat.as_slice()))
-        })
+    fn rho_hat(&self) -> Option<Array<1>> {
+        each!(&self.trackers, Trackers, it => it.latest.map(|it| it.rho_hat.into()))
     }
 
     /// Whether a limit cut the latest torque; nothing is learnt from its period then.
@@ -214,34 +214,34 @@ impl PyComputedTorque {
 
     /// K_p [1/s²], (n,).
     #[getter]
-    fn kp<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kp))
+    fn kp(&self) -> Array<1> {
+        each!(&self.trackers, Trackers, it => it.controller.law.gains.kp[..].into())
     }
 
     /// K_v [1/s], (n,).
     #[getter]
-    fn kv<'py>(&self, py: Python<'py>) -> Array1<'py> {
-        each!(&self.trackers, Trackers, it => array1(py, &it.controller.law.gains.kv))
+    fn kv(&self) -> Array<1> {
+        each!(&self.trackers, Trackers, it => it.controller.law.gains.kv[..].into())
     }
 
     /// The nominal arm.
     #[getter]
     fn arm<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(0)
+        self.arguments.get(py, 0)
     }
 
     /// The compensator, or None.
     #[getter]
     fn compensator<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.bind(py).get_item(3)
+        self.arguments.get(py, 3)
     }
 
     /// P of (19), (2n, 2n); None without a compensator.
     #[getter]
     #[pyo3(name = "P")]
-    fn p<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
+    fn p(&self) -> Option<Array<2>> {
         let p = each!(&self.trackers, Trackers, it => it.p());
-        p.map(|p| owned2(py, p, 2 * self.trackers.joints())).transpose()
+        p.map(|p| Array::rows(p, 2 * self.trackers.joints()))
     }
 
     /// W, (n, rules) (per_joint: the rules of one joint), a copy; None without a compensator.
@@ -252,14 +252,14 @@ impl PyComputedTorque {
     /// beyond the ``projection_radius``; TypeError without a compensator. With a ``dictionary``
     /// there is no such matrix: reading and setting raise TypeError.
     #[getter]
-    fn weights<'py>(&self, py: Python<'py>) -> PyResult<Option<Array2<'py>>> {
+    fn weights(&self, py: Python<'_>) -> PyResult<Option<Array<2>>> {
         if self.compensator(py)?.is_none() {
             return Ok(None);
         }
         each!(&self.trackers, Trackers, it => {
             let compensator = &it.controller.compensator;
             let weights = compensator.weights(&it.ended())?;
-            owned2(py, weights, compensator.rules()?).map(Some)
+            Ok(Some(Array::rows(weights, compensator.rules()?)))
         })
     }
 
@@ -356,21 +356,28 @@ impl PyComputedTorque {
 
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Py<PyAny>, Bound<'py, PyBytes>)> {
+    ) -> PyResult<(Bound<'py, PyAny>, Py<PyTuple>, Bound<'py, PyBytes>)> {
         let (arguments, state) = slf.try_borrow()?.parts(slf.py());
         Ok((slf.get_type().into_any(), arguments, state))
     }
 
     // As for a plant: no `__clear__`.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
-        visit.call(&self.arguments)
+        self.arguments.traverse(&visit)
     }
 
-    fn __repr__(&self) -> String {
-        each!(&self.trackers, Trackers, it => {
-            let Controller { law, compensator, .. } = &*it.controller;
-            let (Gains { kp, kv }, compensator) = (&law.gains, compensator.words());
-            format!("ComputedTorque(kp={kp:?}, kv={kv:?}, compensator: {compensator})")
-        })
+    /// A tracker before its first step, with other values of these arguments.
+    #[pyo3(signature = (**changes))]
+    fn __replace__<'py>(
+        slf: &Bound<'py, Self>,
+        changes: Option<&Bound<'py, PyDict>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let arguments = slf.try_borrow()?.arguments.clone_ref(slf.py());
+        form::replaced(slf, &arguments, changes)
+    }
+
+    fn __repr__(slf: &Bound<'_, Self>) -> PyResult<String> {
+        let arguments = slf.try_borrow()?.arguments.clone_ref(slf.py());
+        form::shown(slf, &arguments)
     }
 }

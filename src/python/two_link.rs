@@ -1,13 +1,15 @@
 //! `TwoLink`.
 
+use std::sync::Arc;
+
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use super::any_arm::AnyArm;
-use super::arm::{New, PyArm};
-use super::convert::{Any, Given, joints, renamed, scalar, scalar_or};
-use super::errors::value_error;
-use crate::arm::{Friction, TwoLink, TwoLinkParameters};
-use crate::error::Result;
+use super::arm::PyArm;
+use super::convert::{Any, Given, joints, scalar, scalar_or};
+use super::form::{self, New};
+use crate::scenario::TwoLinkSettings;
 
 /// The paper's planar arm of two links, in closed form (section 4).
 ///
@@ -32,37 +34,35 @@ use crate::error::Result;
 ///     valid one by one overflow or underflow together.
 #[pyclass(name = "TwoLink", extends = PyArm, module = "steadyarm", frozen)]
 pub(super) struct PyTwoLink {
-    arm: TwoLink,
+    settings: Arc<TwoLinkSettings>,
 }
 
-/// The constructor's arguments.
-type Arguments = (Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<f64>, Vec<f64>, Vec<f64>);
-
-/// The object of an arm; an error with the parameter named as the argument that it comes from.
-fn made(arm: Result<TwoLink>) -> PyResult<New<PyTwoLink>> {
-    let argument = |name: &'static str| name.strip_prefix("friction.").unwrap_or(name);
-    let arm = arm.map_err(|error| value_error(renamed(error, argument)))?;
-    let base = PyArm { arms: AnyArm::<2>::TwoLink(arm).into() };
-    Ok(New(PyClassInitializer::from(base).add_subclass(PyTwoLink { arm })))
+impl PyTwoLink {
+    /// The arm of these settings.
+    pub fn made(settings: TwoLinkSettings) -> PyResult<New<Self>> {
+        let arm = settings.build()?;
+        // A number a joint, however they were said.
+        let settings = Arc::new(TwoLinkSettings::from(arm.parameters()));
+        let arms = AnyArm::<2>::TwoLink(arm).into();
+        Ok(PyArm::under(settings.clone(), arms, Self { settings }))
+    }
 }
 
-/// Friction, where stated.
-fn friction_of(
-    viscous: Given<'_, '_>,
-    coulomb: Given<'_, '_>,
-    smoothing: Given<'_, '_>,
-) -> PyResult<Friction<2>> {
-    let mut friction = Friction::default();
+/// The same with this friction, where it is given.
+fn with_friction(
+    mut settings: TwoLinkSettings,
+    [viscous, coulomb, smoothing]: [Given<'_, '_>; 3],
+) -> PyResult<New<PyTwoLink>> {
     for (field, value, name) in [
-        (&mut friction.viscous, viscous, "viscous"),
-        (&mut friction.coulomb, coulomb, "coulomb"),
-        (&mut friction.smoothing, smoothing, "smoothing"),
+        (&mut settings.viscous, viscous, "viscous"),
+        (&mut settings.coulomb, coulomb, "coulomb"),
+        (&mut settings.smoothing, smoothing, "smoothing"),
     ] {
         if let Some(value) = value {
-            *field = joints(value, name)?;
+            *field = joints::<2>(value, name)?.into();
         }
     }
-    Ok(friction)
+    PyTwoLink::made(settings)
 }
 
 #[pymethods]
@@ -81,15 +81,11 @@ impl PyTwoLink {
         coulomb: Given<'_, '_>,
         smoothing: Given<'_, '_>,
     ) -> PyResult<PyClassInitializer<Self>> {
-        let friction = friction_of(viscous, coulomb, smoothing)?;
-        let parameters = TwoLinkParameters {
-            mass: joints(mass, "mass")?,
-            length: joints(length, "length")?,
-            inertia: joints(inertia, "inertia")?,
-            gravity: scalar_or(gravity, 0.0, "gravity")?,
-            friction,
-        };
-        Ok(made(TwoLink::new(parameters))?.0)
+        let [mass, length, inertia] = [(mass, "mass"), (length, "length"), (inertia, "inertia")]
+            .map(|(value, name)| joints::<2>(value, name));
+        let mut settings = TwoLinkSettings::new(mass?.into(), length?.into(), inertia?.into());
+        settings.gravity = scalar_or(gravity, settings.gravity, "gravity")?;
+        Ok(with_friction(settings, [viscous, coulomb, smoothing])?.0)
     }
 
     /// Return the same arm with this friction in place of its own; scalars or (2,).
@@ -103,31 +99,20 @@ impl PyTwoLink {
         coulomb: Given<'_, '_>,
         smoothing: Given<'_, '_>,
     ) -> PyResult<New<Self>> {
-        made(self.arm.with_friction(friction_of(viscous, coulomb, smoothing)?))
+        let TwoLinkSettings { mass, length, inertia, gravity, .. } = (*self.settings).clone();
+        let settings = TwoLinkSettings { gravity, ..TwoLinkSettings::new(mass, length, inertia) };
+        with_friction(settings, [viscous, coulomb, smoothing])
     }
 
     /// Return the same arm under another ``gravity`` [m/s²]; 0 for one that lies flat.
     fn with_gravity(&self, gravity: Any<'_, '_>) -> PyResult<New<Self>> {
-        made(self.arm.with_gravity(scalar(gravity, "gravity")?))
+        let gravity = scalar(gravity, "gravity")?;
+        Self::made(TwoLinkSettings { gravity, ..(*self.settings).clone() })
     }
 
     /// (mass, length, inertia, gravity, viscous, coulomb, smoothing), as they were given.
     #[getter]
-    fn parameters(&self) -> Arguments {
-        let TwoLinkParameters { mass, length, inertia, gravity, friction } = self.arm.parameters();
-        let Friction { viscous, coulomb, smoothing } = friction;
-        let list = |x: &[f64; 2]| x.to_vec();
-        let rigid = (list(mass), list(length), list(inertia));
-        (rigid.0, rigid.1, rigid.2, *gravity, list(viscous), list(coulomb), list(smoothing))
-    }
-
-    fn __reduce__<'py>(slf: &Bound<'py, Self>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let arguments = slf.get().parameters().into_pyobject(slf.py())?;
-        Ok((slf.get_type().into_any(), arguments.into_any()))
-    }
-
-    fn __repr__(&self) -> String {
-        let TwoLinkParameters { mass, length, inertia, gravity, .. } = self.arm.parameters();
-        format!("TwoLink(mass={mass:?}, length={length:?}, inertia={inertia:?}, gravity={gravity})")
+    fn parameters<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyTuple>> {
+        form::values(slf.as_super().as_super())
     }
 }

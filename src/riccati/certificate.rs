@@ -3,12 +3,15 @@
 
 use nalgebra::{Cholesky, DefaultAllocator, Dim};
 
-use super::RESIDUAL_LIMIT;
 use super::dense::{Room, Square};
 use super::newton::Residual;
 use super::scaling::Scaled;
 use crate::eigen::{largest_real, spectrum, symmetric_spectrum};
 use crate::error::{Error, Result, finite};
+
+/// The largest residual that is returned, relative to `2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖` with G = γ⁻²BBᵀ or
+/// BR⁻¹Bᵀ, in Frobenius norms. 1e-16 is usual.
+pub const RESIDUAL_LIMIT: f64 = 1e-12;
 
 /// Entries of Q and R this close, relative to the largest, count as symmetric: what a caller's own
 /// products leave.

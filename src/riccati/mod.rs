@@ -41,13 +41,10 @@ mod regulator;
 mod response;
 mod scaling;
 
+pub use certificate::RESIDUAL_LIMIT;
 pub use joint::{JointSolution, joint, joint_gamma_opt, joint_lqr, joint_max_scale};
 
 use certificate::Certified;
-
-/// The largest residual that is returned, relative to `2‖A‖‖P‖ + ‖G‖‖P‖² + ‖Q‖` with G = γ⁻²BBᵀ or
-/// BR⁻¹Bᵀ, in Frobenius norms. 1e-16 is usual.
-pub const RESIDUAL_LIMIT: f64 = 1e-12;
 
 /// The stabilising solution and its certificate.
 #[derive(Clone, Copy, Debug, PartialEq)]

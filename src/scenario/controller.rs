@@ -48,6 +48,12 @@ fn smoothing() -> PerJoint {
 }
 
 impl TwoLinkSettings {
+    /// Without gravity and friction.
+    pub fn new(mass: PerJoint, length: PerJoint, inertia: PerJoint) -> Self {
+        let (viscous, coulomb, smoothing) = (viscous(), coulomb(), smoothing());
+        Self { mass, length, inertia, gravity: gravity(), viscous, coulomb, smoothing }
+    }
+
     /// The arm.
     ///
     /// # Errors

@@ -4,7 +4,9 @@ use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
-use super::{CompensatorSettings, ControllerSettings, Motion, MotionSettings, TwoLinkSettings};
+use super::{
+    CompensatorSettings, ControllerSettings, Motion, MotionSettings, RunSettings, TwoLinkSettings,
+};
 use crate::error::Error;
 use crate::robot::{ReadError, limited};
 
@@ -36,6 +38,8 @@ pub struct Scenario {
     pub reference: Option<MotionSettings>,
     /// The torque that nobody asked for.
     pub disturbance: Option<MotionSettings>,
+    /// How it is simulated.
+    pub run: Option<RunSettings>,
 }
 
 impl Scenario {
@@ -86,6 +90,9 @@ impl Scenario {
         }
         for (motion, path) in self.motions() {
             motion.joints().map_err(below(path))?;
+        }
+        if let Some(run) = &self.run {
+            run.check().map_err(below("run"))?;
         }
         Ok(self)
     }

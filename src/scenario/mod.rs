@@ -13,6 +13,7 @@ mod inputs;
 mod motion;
 mod numbers;
 mod paper;
+mod run;
 
 pub use controller::{ControllerSettings, TwoLinkSettings};
 pub use file::Scenario;
@@ -20,3 +21,4 @@ pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
 pub use inputs::InputSettings;
 pub use motion::{Motion, MotionSettings, QuinticSettings, SinesSettings, TableSettings};
 pub use numbers::{Numbers, PerJoint};
+pub use run::{MethodName, RunSettings};

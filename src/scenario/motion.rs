@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::numbers::{Numbers, PerJoint, agreed};
 use crate::error::{Error, Problem, Result, length};
-use crate::math::Vector;
+use crate::math::{Vector, part};
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
 
 /// A motion of `N` joints.
@@ -22,21 +22,21 @@ impl<const N: usize> Motion<N> {
     /// The position alone, without its derivatives.
     #[inline(always)]
     pub fn position(&self, t: f64) -> Vector<N> {
-        match self {
+        part::<N, _>(|| match self {
             Self::Sines(sines) => sines.value(t),
             motion => motion.at(t).q,
-        }
+        })
     }
 }
 
 impl<const N: usize> Reference<N> for Motion<N> {
     #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
-        match self {
+        part::<N, _>(|| match self {
             Self::Sines(sines) => sines.at(t),
             Self::Quintic(quintic) => quintic.at(t),
             Self::Table(table) => table.at(t),
-        }
+        })
     }
 }
 

@@ -1,8 +1,8 @@
 //! The paper's simulations as settings: the numbers of [`paper`](crate::paper) under their names.
 
 use super::{
-    BasisSettings, CompensatorSettings, ControllerSettings, MotionSettings, Rules, Scenario,
-    SinesSettings,
+    BasisSettings, CompensatorSettings, ControllerSettings, MotionSettings, Rules, RunSettings,
+    Scenario, SinesSettings,
 };
 use crate::error::Result;
 use crate::fuzzy::Form;
@@ -33,6 +33,7 @@ impl Scenario {
             compensator: Some(compensator),
             reference: sines((&paper::reference()?).into()),
             disturbance: sines((&paper::disturbance()?).into()),
+            run: Some(RunSettings::default()),
         })
     }
 }

@@ -6,9 +6,9 @@ use super::evaluation::Evaluation;
 use super::integrators::{Motion, RK4, Tableau};
 use super::stiff::{self, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
-use crate::control::{Command, Compensator, Controller, Law, MAX_STAGES, Stage};
+use crate::control::{Command, Compensator, Controller, Law, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
-use crate::math::Vector;
+use crate::math::{Vector, part};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::{Reference, Setpoint};
 
@@ -30,6 +30,14 @@ pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     last_braking: Option<Vector<N>>,
     /// What the step that has begun cannot follow.
     lost: Option<(usize, Coarse)>,
+}
+
+/// What drives the plant at a stage: command, what the actuators made of it, and τ − τ_d [N·m].
+struct Driven<const N: usize> {
+    sample: Sample<N>,
+    command: Command<N>,
+    applied: Vector<N>,
+    net: Vector<N>,
 }
 
 /// The start of a step of the loop: q̈ there, and how the step is to be made.
@@ -92,9 +100,11 @@ where
     where
         C: Compensator<N, S>,
     {
-        let (evaluation, ddq) = self.evaluate(state, stage, t, motion);
-        self.evaluation = Some(evaluation);
-        ddq
+        part::<N, _>(|| {
+            let (evaluation, ddq) = self.evaluate(state, stage, t, motion);
+            self.evaluation = Some(evaluation);
+            ddq
+        })
     }
 
     /// The start of a step of length `h` \[s\] at time `t`; remembers the evaluation.
@@ -102,9 +112,11 @@ where
     where
         C: Compensator<N, S>,
     {
-        let (evaluation, start) = self.begin(state, h, t, motion);
-        self.evaluation = Some(evaluation);
-        start
+        part::<N, _>(|| {
+            let (evaluation, start) = self.begin(state, h, t, motion);
+            self.evaluation = Some(evaluation);
+            start
+        })
     }
 
     /// The loop at the start of such a step, and how the step is to be made.
@@ -182,12 +194,10 @@ where
     where
         C: Compensator<N, S>,
     {
-        self.evaluate(state, stage, t, motion).1
+        part::<N, _>(|| self.evaluate(state, stage, t, motion).1)
     }
 
-    /// The loop and q̈ at a stage. Inlined with all that it calls. A stage then computes only what
-    /// its caller uses, and its numbers stay in registers. Written to memory one by one and read
-    /// back as a vector, they would miss store forwarding.
+    /// The loop and q̈ at a stage.
     #[inline(always)]
     pub(super) fn evaluate<S>(
         &mut self,
@@ -216,19 +226,36 @@ where
     where
         C: Compensator<N, S>,
     {
-        let (setpoint, disturbance) = self.at_time(t);
-        let sample = self.controller.sample(&motion.q, &motion.dq, &setpoint);
-        let command = self.controller.decide(state, stage, &sample);
-        let applied = self.plant.applied(&command.tau);
-        let acted = command.applied(&applied);
-        self.controller.compensator.acted(state, stage.index, &sample, &acted);
-        let tau_d =
-            disturbance.unwrap_or_else(|| self.plant.disturbance.torque(&motion.q, &motion.dq, t));
-        let ddq = accelerate(&(applied - tau_d));
+        let Driven { sample, command, applied, net } = self.drive(state, stage, t, motion);
+        let ddq = accelerate(&net);
         let audit = self.controller.compensator.audit(state, stage.index, &sample);
         let evaluation = Evaluation::new(t, sample, command, applied, &ddq, audit);
         self.shares[stage.index] = Certificate::rates(&evaluation);
         (evaluation, ddq)
+    }
+
+    /// What drives the plant at a stage.
+    #[inline(always)]
+    fn drive<S>(
+        &mut self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        t: f64,
+        Motion { q, dq }: &Motion<N>,
+    ) -> Driven<N>
+    where
+        C: Compensator<N, S>,
+    {
+        part::<N, _>(|| {
+            let (setpoint, disturbance) = self.at_time(t);
+            let sample = self.controller.sample(q, dq, &setpoint);
+            let command = self.controller.decide(state, stage, &sample);
+            let applied = self.plant.applied(&command.tau);
+            let acted = command.applied(&applied);
+            self.controller.compensator.acted(state, stage.index, &sample, &acted);
+            let tau_d = disturbance.unwrap_or_else(|| self.plant.disturbance.torque(q, dq, t));
+            Driven { sample, command, applied, net: applied - tau_d }
+        })
     }
 
     /// Finishes a step of length `h` from `t` to `end` \[s\], by RK4 or with friction solved for.

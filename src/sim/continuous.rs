@@ -12,7 +12,7 @@ use super::run::Run;
 use super::status::Cause;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law, MAX_STAGES, Stage};
-use crate::math::Vector;
+use crate::math::{Vector, part};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 
@@ -237,5 +237,5 @@ where
     let coefficients = dp54_dense(theta);
     let (index, nodes) = (MAX_STAGES - 1, &DP54.nodes[..]);
     let stage = Stage { index, step: h, node: theta, coefficients: &coefficients, nodes };
-    system.evaluate(state, &stage, t, motion).0
+    part::<N, _>(|| system.evaluate(state, &stage, t, motion).0)
 }

@@ -191,6 +191,12 @@ pub struct Tolerance {
     pub atol: f64,
 }
 
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { rtol: 1e-8, atol: 1e-10 }
+    }
+}
+
 impl<const S: usize> Tableau<S> {
     /// Evaluates the stages from `first` on: `rates[i] = (q̇ᵢ, acceleration(stage, motion
     /// at the stage))`.

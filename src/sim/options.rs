@@ -80,6 +80,14 @@ impl<const N: usize> Default for Options<N> {
 }
 
 impl<const N: usize> Options<N> {
+    /// Refuses options that make no sense.
+    ///
+    /// # Errors
+    /// The name of the option that is not finite, out of range, or no whole number of `dt`.
+    pub fn validate(&self) -> Result<()> {
+        self.steps().map(drop)
+    }
+
     /// Number of steps of `dt`, and of `dt` in a control period.
     ///
     /// # Errors

@@ -291,6 +291,24 @@ def test_arguments_that_make_no_sense_are_refused_by_name(capsys, options, messa
     assert message in err
 
 
+def test_a_scenario_that_the_command_wrote_runs_and_can_be_changed(capsys, tmp_path):
+    code, text, _ = run_command(capsys, "scenario", "--preset", "claimed")
+    assert code == 0
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    _, of_paper, _ = run_command(capsys, "simulate", "--preset", "claimed", "--duration", 1)
+    _, of_file, _ = run_command(capsys, "simulate", "--scenario", file, "--duration", 1)
+    assert of_file.splitlines()[1:] == of_paper.splitlines()[1:]
+    assert str(file) in of_file
+    file.write_text(text.replace("gain = 7.0", "gain = -7.0"))
+    code, _, err = run_command(capsys, "design", "--scenario", file)
+    assert code == 2
+    assert f"{file}: compensator.gain[0]: got -7, wants a number > 0" in err
+    code, _, err = run_command(capsys, "simulate", "--scenario", tmp_path / "none.toml")
+    assert code == 2
+    assert "--scenario: cannot read" in err
+
+
 def test_a_missing_directory_is_noticed_before_the_run(capsys, tmp_path):
     missing = tmp_path / "missing"
     code, out, err = run_command(capsys, "simulate", "--plot", missing / "run.png")

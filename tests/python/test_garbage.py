@@ -59,19 +59,6 @@ def raised(rig: Rig) -> Any:
     return plant
 
 
-def parts_of_plant(rig: Rig) -> Any:
-    """Through a list in the arguments that are pickled."""
-    plant = sa.Plant(actual(), None, 30.0)
-    plant.__reduce__()[1][2].append(rig)
-    return plant
-
-
-def parts_of_tracker(rig: Rig) -> Any:
-    controller = tracker("shared")
-    controller.__reduce__()[1][1].append(rig)
-    return controller
-
-
 def simulated(rig: Rig) -> Any:
     plant = sa.Plant(actual(), rig.push)
     rig.record = sa.simulate(plant, tracker("shared"), rig.desired, duration=0.01, dt=1e-3)
@@ -98,8 +85,6 @@ MAKERS = (
     partial,
     stepped,
     raised,
-    parts_of_plant,
-    parts_of_tracker,
     simulated,
     failed,
     shown,

@@ -6,9 +6,10 @@ use steadyarm::control::{
 use steadyarm::paper;
 use steadyarm::reference::Reference;
 use steadyarm::scenario::{
-    BasisSettings, CompensatorSettings, Motion, MotionSettings, Numbers, QuinticSettings, Rules,
-    Scenario, SinesSettings,
+    BasisSettings, CompensatorSettings, MethodName, Motion, MotionSettings, Numbers,
+    QuinticSettings, Rules, RunSettings, Scenario, SinesSettings,
 };
+use steadyarm::sim::{Method, Options, Tolerance};
 
 const PAPER: &str = "
 [two_link]
@@ -96,7 +97,18 @@ fn unusual() -> Scenario {
         cos: None,
         offset: [0.0, -1.0].into(),
     };
+    let run = RunSettings {
+        duration: 2.0,
+        dt: 0.5e-3,
+        method: MethodName::Dp54,
+        control_period: Some(2e-3),
+        q0: [0.1, -0.1].into(),
+        dq0: 0.2.into(),
+        rtol: 1e-6,
+        atol: 1e-7,
+    };
     Scenario {
+        run: Some(run),
         compensator: Some(compensator),
         reference: Some(MotionSettings::Quintic(quintic)),
         disturbance: Some(MotionSettings::Sines(sines)),
@@ -146,6 +158,18 @@ fn what_is_written_is_read_to_the_bit() {
         let text = scenario.to_toml().unwrap();
         assert_eq!(Scenario::from_toml(&text).unwrap(), scenario, "{text}");
     }
+}
+
+#[test]
+fn what_is_said_of_a_run_becomes_its_options() {
+    assert_eq!(RunSettings::default().options::<3>(), Ok(Options::default()));
+    let options = unusual().run.unwrap().options::<2>().unwrap();
+    let method = Method::Dp54(Tolerance { rtol: 1e-6, atol: 1e-7 });
+    let (q0, dq0, control_period) = ([0.1, -0.1], [0.2; 2], Some(2e-3));
+    let (duration, dt) = (2.0, 0.5e-3);
+    let wanted = Options { duration, dt, method, control_period, q0, dq0, ..Options::default() };
+    assert_eq!(options, wanted);
+    assert_eq!(unusual().run.unwrap().options::<3>().unwrap_err().parameter(), "q0");
 }
 
 /// The sets see the signals in the order that is written, which no sorting of keys may change.

@@ -140,6 +140,7 @@ impl<const N: usize> Chain<N> {
 }
 
 /// A joint whose frame has its axis for z, with nothing known of the others yet.
+#[inline(never)]
 fn plain(link: &Link) -> Joint {
     Joint {
         revolute: link.kind.turns(),
@@ -152,6 +153,7 @@ fn plain(link: &Link) -> Joint {
 }
 
 /// The mass distribution of a link in the axes of its prepared frame, about its origin.
+#[inline(never)]
 pub(super) fn mass_in(user: &Matrix<3>, link: &Link) -> Mass {
     let inertia = &link.inertia;
     let com = user.transpose() * inertia.com;
@@ -189,12 +191,14 @@ fn hand_down(joints: &mut [Joint]) -> Mass {
 
 /// The rotation nearest to one that is orthonormal within 1e-6, to rounding: two Newton steps R ← R
 /// (3 − RᵀR)/2.
+#[inline(never)]
 pub(super) fn orthonormal(rotation: &Matrix<3>) -> Matrix<3> {
     let step = |r: Matrix<3>| r * (Matrix::<3>::identity() * 3.0 - r.transpose() * r) * 0.5;
     step(step(*rotation))
 }
 
 /// A rotation whose third column is the unit vector `axis`; the identity for z, exact for x and y.
+#[inline(never)]
 fn with_z_along(axis: &nalgebra::Vector3<f64>) -> Matrix<3> {
     let least = axis.map(f64::abs).imin();
     let mut x = nalgebra::Vector3::zeros();
@@ -211,6 +215,7 @@ struct ZxZ {
 }
 
 impl ZxZ {
+    #[inline(never)]
     fn of(r: &Matrix<3>) -> Self {
         // R z = (sin β sin α, −cos β sin α, cos α)
         let across = sqrt(r[(0, 2)] * r[(0, 2)] + r[(1, 2)] * r[(1, 2)]);

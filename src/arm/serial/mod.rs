@@ -15,6 +15,7 @@ mod joint;
 mod kinematics;
 mod limits;
 mod link;
+mod parameters;
 mod perturb;
 mod place;
 mod regressor;
@@ -26,6 +27,7 @@ mod validate;
 pub use body::{Inertia, Pose};
 pub use limits::JointLimits;
 pub use link::{JointKind, Link};
+pub use parameters::SerialParameters;
 pub use perturb::Perturbation;
 pub use stop::JointStop;
 pub use unphysical::Unphysical;
@@ -51,17 +53,6 @@ const NEGLIGIBLE: f64 = 1e-13;
 /// Up to this many joints M is factored. Beyond, articulated bodies are used, whose cost grows with
 /// N and not with N³. Factoring is faster at 7 joints; where that ends has not been measured.
 const SHORT: usize = 10;
-
-/// What a serial arm is made of.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SerialParameters<const N: usize> {
-    /// Joints and links from the base on.
-    pub links: [Link; N],
-    /// The tip in the last link's frame.
-    pub tip: Pose,
-    /// Gravity in the axes of the base [m/s²], as `[0.0, 0.0, -9.81]`.
-    pub gravity: [f64; 3],
-}
 
 /// A serial arm with `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,6 +18,7 @@ use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
 use crate::fuzzy::lanes::norm_squared;
 use crate::fuzzy::{Form, FuzzyBasis};
+use crate::math::{TINY_WEIGHT, unless_tiny};
 use crate::riccati::JointSolution;
 
 /// The compensator's configuration, with P solved for. Immutable.
@@ -129,7 +130,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     ) -> Result<()> {
         self.check_weights(weights, false)?;
         state.clear();
-        self.write_matrix(state, weights.iter().copied(), 0);
+        self.write_matrix(state, settable(weights), 0);
         Ok(())
     }
 
@@ -145,7 +146,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     ) -> Result<()> {
         self.check_weights(weights, true)?;
         state.clear();
-        self.write_matrix(state, weights.iter().copied(), self.matrices() - 1);
+        self.write_matrix(state, settable(weights), self.matrices() - 1);
         Ok(())
     }
 
@@ -203,6 +204,11 @@ impl<const N: usize> FuzzyCompensator<N> {
 
 /// What a weight may be.
 const USABLE: &str = "weights of at most 1e150";
+
+/// Weights as they are set, without tiny ones.
+fn settable(weights: &[f64]) -> impl Iterator<Item = f64> {
+    weights.iter().map(|w| unless_tiny(*w, TINY_WEIGHT))
+}
 
 fn usable(weight: f64) -> bool {
     weight.abs() <= MAX_WEIGHT

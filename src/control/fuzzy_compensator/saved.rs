@@ -4,6 +4,7 @@ use super::{FuzzyCompensator, FuzzyState, USABLE, usable};
 use crate::control::saved::{Numbers, OTHER, put_all};
 use crate::control::{Buffer, Saves};
 use crate::error::{Error, Result, within};
+use crate::math::unless_tiny;
 
 pub(in crate::control) const FROZEN: u64 = 1;
 const PRIOR: u64 = 2;
@@ -13,6 +14,8 @@ const NORMS: u64 = 16;
 
 /// How far stored norms may be from those of the weights, relative.
 const NORM_TOL: f64 = 1e-9;
+/// No step leaves smaller weights.
+const FORGED: f64 = 1e-150;
 /// Squares below this are lost in a sum.
 const TINY: f64 = 1e-280;
 
@@ -84,7 +87,8 @@ impl<const N: usize, B: Buffer> Saves<N, FuzzyState<N, B>> for FuzzyCompensator<
         state.clear();
         let mut matrix = |matrix: usize| {
             if let Ok(weights) = rest.split(len) {
-                self.write_matrix(state, weights.iter(), matrix);
+                let weights = weights.iter().map(|w| unless_tiny(w, FORGED));
+                self.write_matrix(state, weights, matrix);
             }
         };
         matrix(0);

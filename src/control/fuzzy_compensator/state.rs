@@ -15,7 +15,7 @@ pub struct FuzzyState<const N: usize, B: Buffer> {
     /// Whether W₀ is not zero.
     pub(in crate::control) prior: bool,
     pub(in crate::control) frozen: bool,
-    /// Steps taken, to flush denormal weights once in a while.
+    /// Steps taken, to set tiny weights to zero once in a while.
     pub(in crate::control) advances: u64,
     pub(super) stages: Stages<N>,
 }

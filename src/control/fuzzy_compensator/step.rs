@@ -9,12 +9,9 @@ use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, St
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::flush;
-use crate::math::{Runs, Shared, Vector};
+use crate::math::{Runs, Shared, TINY_ESTIMATE, Vector, WHOLE, unless_tiny};
 
-/// Up to so many joints a stage is compiled as a whole.
-const WHOLE: usize = 2;
-
-/// Denormal weights are looked for once in so many steps.
+/// Tiny weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
 
 impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompensator<N> {
@@ -176,11 +173,11 @@ impl<const N: usize> FuzzyCompensator<N> {
         let (basis, activation) = (&self.basis, self.activation(memory, i));
         let mut products = Vector::<N>::zeros();
         tasks.run(Products { basis, matrix: memory, activation, out: products.as_mut_slice() });
-        state.stages.own[i] = products;
+        state.stages.own[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
         if state.prior {
             let matrix = &memory[self.places.matrix..];
             tasks.run(Products { basis, matrix, activation, out: products.as_mut_slice() });
-            state.stages.prior[i] = products;
+            state.stages.prior[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
         }
     }
 

@@ -9,6 +9,7 @@ use pulp::{Simd, WithSimd};
 use super::MAX_STAGES;
 use crate::fuzzy::FuzzyBasis;
 use crate::fuzzy::lanes::{accumulate, contract};
+use crate::math::{TINY_TERM, unless_tiny};
 
 /// ξᵢ·ξⱼ of each joint's rules.
 pub(super) struct Dots<'a> {
@@ -79,7 +80,8 @@ impl WithSimd for WriteRows<'_> {
         let rows = weights.chunks_exact_mut(basis.row_len());
         for (n, row) in rows.enumerate() {
             for (k, (c, xi)) in coefficients.iter().zip(activations).enumerate() {
-                (factors[k], terms[k]) = (c[n], basis.block(xi, basis.block_of(n)));
+                let c = unless_tiny(c[n], TINY_TERM);
+                (factors[k], terms[k]) = (c, basis.block(xi, basis.block_of(n)));
             }
             if used > 0 || keep[n] != 1.0 {
                 let (factors, terms) = (&factors[..used], &terms[..used]);

@@ -9,14 +9,19 @@ use super::{KernelCompensator, KernelState, Places};
 use crate::control::Buffer;
 use crate::fuzzy::Nearest;
 use crate::fuzzy::lanes::{Dot, flush};
-use crate::math::{Runs, Vector, sqrt};
+use crate::math::{
+    Runs, TINY_ESTIMATE, TINY_KERNEL, TINY_SQUARE, TINY_TERM, Vector, sqrt, unless_tiny,
+};
 
 /// Where k(x, x) is smaller, no rule fires: such a term is added to the error bound and makes no
 /// atom.
-pub(super) const SMALLEST_SIZE: f64 = 1e-200;
+pub(super) const SMALLEST_SIZE: f64 = TINY_KERNEL;
+
+/// An atom's coefficient below this counts as zero: its square times the smallest size is normal.
+const TINY_ATOM: f64 = 1e-90;
 
 /// A scale below this goes into the coefficients.
-const SMALLEST_SCALE: f64 = 1e-100;
+const SMALLEST_SCALE: f64 = 1e-50;
 
 /// A term c ξⱼ of a step of `count` stages.
 struct Term<'a, const N: usize> {
@@ -41,12 +46,13 @@ impl<const N: usize> KernelCompensator<N> {
         let mix = state.stages.mixes[count];
         self.fade(state, count, &mix.keep);
         for (stage, coefficient) in mix.terms[..count].iter().enumerate() {
+            let coefficient = &coefficient.map(|c| unless_tiny(c, TINY_TERM));
             if coefficient.iter().any(|c| *c != 0.0) {
                 let size = state.stages.gram[stage][stage][0];
                 self.add(tasks, state, &Term { stage, count, coefficient, size });
             }
         }
-        state.norms.apply(|norm| *norm = norm.max(0.0));
+        state.norms.apply(|norm| *norm = unless_tiny(norm.max(0.0), TINY_SQUARE));
         let retraction = self.update.parameters.adaptation.retraction(state.norms.sum());
         if retraction != 1.0 {
             self.fade(state, 0, &Vector::repeat(retraction));
@@ -58,8 +64,11 @@ impl<const N: usize> KernelCompensator<N> {
         state.scale.component_mul_assign(keep);
         state.errors.component_mul_assign(keep);
         state.norms.component_mul_assign(&keep.component_mul(keep));
+        state.errors.apply(|error| *error = unless_tiny(*error, TINY_SQUARE));
+        state.norms.apply(|norm| *norm = unless_tiny(*norm, TINY_SQUARE));
         for own in &mut state.stages.own[..count] {
             own.component_mul_assign(keep);
+            own.apply(|x| *x = unless_tiny(*x, TINY_ESTIMATE));
         }
         let Places { row, coefficients, .. } = self.places;
         for n in 0..N {
@@ -178,7 +187,7 @@ impl<const N: usize> KernelCompensator<N> {
         squares.fill(0.0);
         for n in 0..N {
             for (square, c) in squares.iter_mut().zip(&rest[coefficients + n * row..]) {
-                let c = scale[n] * c;
+                let c = unless_tiny(scale[n] * c, TINY_ATOM);
                 *square += c * c;
             }
         }
@@ -205,6 +214,7 @@ impl<const N: usize> KernelCompensator<N> {
     ) -> Vector<N> {
         let Places { row, coefficients, .. } = self.places;
         let memory = state.memory.as_slice();
-        Vector::from_fn(|n, _| state.scale[n] * memory[coefficients + n * row + atom])
+        let of = |n: usize| state.scale[n] * memory[coefficients + n * row + atom];
+        Vector::from_fn(|n, _| unless_tiny(of(n), TINY_ATOM))
     }
 }

@@ -6,7 +6,7 @@ use crate::control::{Applied, Audit, Buffer, Channel, Compensator, Sample, Stage
 use crate::error::Result;
 use crate::fuzzy::lanes::Dot;
 use crate::fuzzy::{Compare, Kernel, Memberships};
-use crate::math::{Runs, Shared, Vector};
+use crate::math::{Runs, Shared, TINY_ESTIMATE, Vector, unless_tiny};
 
 /// What a record shows of the dictionary: in sampled control, what the torque of its row was
 /// decided from.
@@ -123,7 +123,8 @@ impl<const N: usize> KernelCompensator<N> {
         tasks.run(Compare { basis: &self.basis, memberships, atoms, out: &mut *out });
         for n in 0..N {
             let own = &dictionary[coefficients + n * row..][..used];
-            state.stages.own[i][n] = state.scale[n] * tasks.run(Dot { left: own, right: out });
+            let own = state.scale[n] * tasks.run(Dot { left: own, right: out });
+            state.stages.own[i][n] = unless_tiny(own, TINY_ESTIMATE);
         }
         state.stages.known[i] = 0;
     }

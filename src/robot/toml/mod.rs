@@ -8,9 +8,7 @@ use std::path::Path;
 use super::error::quoted;
 use super::{Description, ReadError, checks, files};
 use crate::arm::Unphysical;
-
-/// The version of the format that is written and read.
-const FORMAT: u32 = 1;
+use write::FORMAT;
 
 impl Description {
     /// The description as TOML, with its units; [`Description::from_toml`] gives it back bit for

@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
-use super::FORMAT;
 use crate::arm::{JointFriction, JointLimits, JointStop, Pose, Unphysical};
 use crate::math::Matrix;
 use crate::robot::{Description, JointDescription};
+
+/// The version of the format that is written and read.
+pub(super) const FORMAT: u32 = 1;
 
 /// What every file begins with.
 const HEADER: &str = "\

@@ -91,6 +91,9 @@ fn a_file_of_another_controller_is_refused() {
     let plain = controller(Form::Shared, false);
     let mut state = fresh(&plain);
     let without = plain.restore(&mut state, &bytes).unwrap_err();
+    assert!(matches!(without.problem(), Problem::OtherController { .. }), "{without}");
+    // It has no use for the prior that is in there.
+    let without = plain.restore_from_other(&mut state, &bytes).unwrap_err();
     assert!(matches!(without.problem(), Problem::Damaged { .. }), "{without}");
     assert!(learnt(&plain, &state).iter().all(|w| *w == 0.0));
 }

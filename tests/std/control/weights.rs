@@ -170,17 +170,78 @@ fn nothing_is_learnt_inside_the_dead_zone() {
     assert!(ended(&controller, &state).weights_norm() > 0.0);
 }
 
-/// Denormal numbers would slow every later step: they are looked for every so many steps and set to
-/// zero.
+/// Subnormal numbers would slow a step many times: weights become zero long before, by a strong
+/// leak (at once) and by a weak one (within 256 steps), and so do their squares.
 #[test]
-fn weights_that_fade_never_stay_denormal() {
-    let controller = error_inputs(Adaptation { leak_rate: 735.0, ..law(7.0) });
-    let mut state = taught(&controller);
-    (0..900).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
-    assert!(learnt(&controller, &state).iter().any(|w| w.abs() > 1e-300));
-    // 1024 steps in all: exp(-716) of weights below 1 is a denormal number, not yet zero by itself.
-    (0..74).for_each(|_| _ = sample(&controller, &mut state, 0.0, 0.0));
-    assert!(learnt(&controller, &state).iter().all(|w| *w == 0.0));
+fn weights_that_fade_are_never_subnormal_and_nor_are_their_squares() {
+    for leak_rate in [100.0, 735.0, 2e4, 1e5] {
+        let controller = error_inputs(Adaptation { leak_rate, ..law(7.0) });
+        let mut state = fresh(&controller);
+        let own = controller.settle(&mut state);
+        controller.compensator.load_weights(own, &[0.3; 1250]).unwrap();
+        let mut smallest = f64::INFINITY;
+        for _ in 0..(500e3 / leak_rate) as usize {
+            sample(&controller, &mut state, 0.0, 0.0);
+            for w in learnt(&controller, &state).iter().filter(|w| **w != 0.0) {
+                smallest = smallest.min(w * w);
+            }
+            let norm = ended(&controller, &state).weights_norm();
+            assert!(norm == 0.0 || (norm * norm).is_normal());
+        }
+        assert!(smallest.is_normal() && (leak_rate > 1e3 || smallest < 1e-230), "{smallest:e}");
+        assert!(learnt(&controller, &state).iter().all(|w| *w == 0.0), "{leak_rate}");
+    }
+}
+
+/// Whatever the samples, all over the range of numbers.
+#[test]
+fn no_weight_and_no_torque_is_ever_subnormal() {
+    let fine = |x: &f64| *x == 0.0 || (x * x).is_normal() || x.abs() > 1.0;
+    let mut random = Random(11);
+    for form in common::FORMS {
+        for normalized in [true, false] {
+            let inputs = Inputs::trajectory();
+            for controller in [
+                modified(form, normalized, Inputs::error(), law(70.0)),
+                modified(form, normalized, inputs, everything(70.0)),
+            ] {
+                let mut state = fresh(&controller);
+                for _ in 0..600 {
+                    let size = 10f64.powf(random.within(-330.0, 5.0));
+                    let mut vector = || random.vector(size);
+                    let (q, dq) = (vector(), vector());
+                    let desired = Setpoint { q: vector(), dq: vector(), ddq: vector() };
+                    let command = controller.step(&mut state, &q, &dq, &desired, H).unwrap();
+                    assert!(command.tau.iter().chain(&command.rho_hat).all(fine), "{command:?}");
+                    assert!(learnt(&controller, &state).iter().all(fine), "{form:?} {size:e}");
+                }
+            }
+        }
+    }
+}
+
+/// Firing strengths many sigmas beyond the last set are normal numbers, or zero.
+#[test]
+fn no_firing_strength_is_subnormal() {
+    for form in common::FORMS {
+        for normalized in [true, false] {
+            let reading = Reading { form, normalized, gain: 1.0 };
+            let basis = paper::basis(reading, 4).unwrap();
+            let (mut work, mut xi) = (vec![0.0; basis.work_len()], vec![0.0; basis.rules()]);
+            let mut small = 0;
+            for k in 0..4000 {
+                let x = 0.01 * f64::from(k);
+                for at in [[x; 4], [x, 0.0, -x, 0.1], [0.0, x, 1e-300, -x]] {
+                    basis.evaluate(&at, &mut work, &mut xi).unwrap();
+                    for y in &xi {
+                        assert!(*y == 0.0 || y.is_normal(), "{form:?} {at:?}: {y:e}");
+                        small += usize::from(*y > 0.0 && *y < 1e-40);
+                    }
+                }
+            }
+            assert!(small > 0 || normalized, "{form:?}: nothing was small");
+        }
+    }
 }
 
 fn refusal(change: impl Fn(&mut Adaptation<2>)) -> String {

@@ -27,7 +27,12 @@ fn vector<const N: usize>(random: &mut Random, size: f64) -> Vector<N> {
 fn sample(random: &mut Random, size: f64) -> (Vector<7>, Vector<7>, Setpoint<7>) {
     let desired =
         Setpoint { q: vector(random, 1.0), dq: vector(random, 1.0), ddq: vector(random, 1.0) };
-    (desired.q + vector::<7>(random, size), desired.dq + vector::<7>(random, size), desired)
+    // Positions are at most 1e5.
+    (
+        desired.q + vector::<7>(random, size.min(9e4)),
+        desired.dq + vector::<7>(random, size),
+        desired,
+    )
 }
 
 /// All of a state that later steps depend on.
