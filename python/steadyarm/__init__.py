@@ -22,6 +22,7 @@ from ._core import (
     FuzzyApproximator,
     FuzzyBasis,
     FuzzyCompensator,
+    Guard,
     NoStabilizingSolution,
     Plant,
     Quintic,
@@ -37,7 +38,7 @@ from ._core import (
 from ._scene import VERSION as _VERSION
 from .design import DesignReport, design
 from .metrics import Metrics
-from .run import Certificate, Channel, Run, Status
+from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
 from .simulation import replay, simulate
 
@@ -62,6 +63,8 @@ __all__ = [
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
+    "Guard",
+    "GuardReport",
     "Metrics",
     "NoStabilizingSolution",
     "Plant",

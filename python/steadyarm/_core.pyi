@@ -26,6 +26,7 @@ __all__ = [
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
+    "Guard",
     "Motion",
     "NoStabilizingSolution",
     "Plant",
@@ -800,6 +801,126 @@ class ComputedTorque:
     def __reduce__(self) -> tuple[type[ComputedTorque], tuple[Any, ...], bytes]: ...
 
 @final
+class Guard:
+    """A guard around a tracker: an answer to every sample, good, bad or missing.
+
+    The torque that it gives can be sent, whatever came: it is finite, at most ``effort_limit``, and
+    changes by at most ``effort_rate_limit`` from the one before. A sample that cannot be true is
+    not used, and nothing is learnt from it. The last torque is then held, decays to the one that
+    carries the arm, and after ``hold`` + ``decay`` periods the guard stops: it brakes the arm, and
+    stays stopped until `rearm`. It has no clock: tell it the time since the last call.
+
+    Parameters
+    ----------
+    tracker: the controller; the guard steps it.
+    period: nominal period of the loop [s], 1e-9 to 1.
+    position_limits: (n, 2) [rad]; outside, the guard stops. None: the nominal arm's.
+    velocity_limit: [rad/s], scalar or (n,). Faster, the guard stops; a position that moved farther
+        than that since the last sample is not used. None: the nominal arm's.
+    effort_limit: [N·m], scalar or (n,). None: the nominal arm's.
+    effort_rate_limit: [N·m/s], scalar or (n,); None for no limit.
+    power_limit: of τ·q̇ that a joint gives to the arm [W], scalar or (n,); None for no limit.
+    envelope: of the tracking error [rad], scalar or (n,); outside, the guard stops. None: no limit.
+    slack: what a position may change beyond its speed limit [rad], such as an encoder's step.
+    hold, decay: periods without a good sample in which the torque is held, and in which it decays.
+    stiffness, damping: of the brake [N·m/rad, N·m·s/rad], scalar or (n,). None: those of a double
+        pole at -min(0.1 / period, 20) 1/s for the inertias of the nominal arm at q = 0.
+    deceleration: of the brake [rad/s²], scalar or (n,).
+    last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,); None: the one that
+        carries the arm at the first good sample.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Naming the parameter.
+    """
+
+    def __new__(
+        cls,
+        tracker: ComputedTorque,
+        period: float,
+        *,
+        position_limits: ArrayLike | None = None,
+        velocity_limit: ArrayLike | None = None,
+        effort_limit: ArrayLike | None = None,
+        effort_rate_limit: ArrayLike | None = None,
+        power_limit: ArrayLike | None = None,
+        envelope: ArrayLike | None = None,
+        slack: ArrayLike | None = None,
+        hold: int | None = None,
+        decay: int | None = None,
+        stiffness: ArrayLike | None = None,
+        damping: ArrayLike | None = None,
+        deceleration: ArrayLike | None = None,
+        last_tau: ArrayLike | None = None,
+    ) -> Self: ...
+    def step(
+        self,
+        q: ArrayLike,
+        dq: ArrayLike,
+        q_d: ArrayLike,
+        dq_d: ArrayLike,
+        ddq_d: ArrayLike,
+        elapsed: float | None = None,
+        applied: ArrayLike | None = None,
+    ) -> _Array:
+        """One sample: the torque to send [N·m], (n,).
+
+        ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), whatever is in
+        them. ``elapsed``: the time since the last call [s], as it was measured; None: a period.
+        ``applied``: the torque that the drive let through since then [N·m], (n,), if it says so.
+        Raises ValueError or TypeError for what is no such array alone; nothing has changed then.
+        """
+
+    def missed(self) -> _Array:
+        """A period in which no sample came: the torque to send [N·m], (n,)."""
+
+    def stop(self) -> None:
+        """Stop: from the next sample on the arm is braked, until `rearm`."""
+
+    def rearm(self) -> None:
+        """Let a guard that has stopped run again from the next sample on.
+
+        That sample may be anywhere; the set-point should be near it.
+        """
+
+    def reset(self) -> None:
+        """Forget everything, the tracker's weights too: both are then as new ones, to the bit."""
+
+    @property
+    def stopped(self) -> str | None:
+        """Why the guard has stopped, such as "position of joint 2"; None while it runs."""
+
+    @property
+    def latest(self) -> list[str]:
+        """What the guard did in the latest call, by name; empty if there was nothing to do."""
+
+    @property
+    def events(self) -> dict[str, int]:
+        """In how many calls each event happened, by name.
+
+        Not used: ``not_finite``, ``jump``, ``early``, ``missed``, ``clock``. Used: ``late``. The
+        ``controller`` refused. Cut: ``effort``, ``effort_rate``, ``power``. Stopped: ``position``,
+        ``velocity``, ``envelope``, ``stop``.
+        """
+
+    @property
+    def lost(self) -> int:
+        """Periods in a row without a good sample."""
+
+    @property
+    def last_tau(self) -> _Array | None:
+        """The torque sent last [N·m], (n,); None before the first."""
+
+    @property
+    def tracker(self) -> ComputedTorque:
+        """The controller that it guards."""
+
+    @property
+    def period(self) -> float:
+        """Nominal period of the loop [s]."""
+
+@final
 class Plant(Settings):
     """What is really there: ``M(q) ddq + H(q, dq) + s(q, dq) + τ_d = τ``, τ limited by actuators.
 
@@ -980,7 +1101,7 @@ def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolut
 
 def simulate(
     plant: Plant,
-    tracker: ComputedTorque,
+    tracker: ComputedTorque | Guard,
     reference: Sines | Quintic | Table | _ReferenceCallable,
     duration: float,
     dt: float,

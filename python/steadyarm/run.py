@@ -82,6 +82,16 @@ class Certificate:
 
 
 @dataclass(frozen=True)
+class GuardReport:
+    """What a `Guard` did in a run."""
+
+    events: Mapping[str, int]
+    """In how many periods each event happened, by name; see `Guard.events`."""
+    stopped: str | None
+    """Why the guard had stopped at the end of the run, such as "position of joint 2"; or None."""
+
+
+@dataclass(frozen=True)
 class Channel:
     """A recorded signal: what a column of a `Run` holds.
 
@@ -148,6 +158,9 @@ class Run(_Columns):
     own: Mapping[Channel, Array] = field(default_factory=dict)
     """Signals that the compensator adds; each is an attribute too."""
 
+    guard: GuardReport | None = None
+    """What the guard did; None for a run without a guard, or from a file."""
+
     @classmethod
     def _from_record(
         cls, record: dict[str, Any], plant: _core.Plant, reference: Any, options: Mapping[str, Any]
@@ -173,7 +186,11 @@ class Run(_Columns):
             own={Channel._of(declared, joints): array for declared, array in record["own"]},
             _tracker=parts,
             _reference=reference,
-            _scene=Scene.of(plant, parts[0], record["start"], reference, options),
+            guard=None if record["guard"] is None else GuardReport(*record["guard"]),
+            # A guard is not part of a scene: without it, the run would be another.
+            _scene=Scene.of(plant, parts[0], record["start"], reference, options)
+            if record["guard"] is None
+            else None,
         )
         return run
 
@@ -231,7 +248,8 @@ class Run(_Columns):
         ``steadyarm``: version of the package; ``joint_names``; ``plant``, ``tracker`` (nominal arm,
         gains, compensator, limits), ``reference`` and ``options`` as `simulate` was given them. An
         object is ``{"its class": {argument: value}}``, a serial arm its TOML. None for a run from a
-        file of an older version, or one made of another by ``dataclasses.replace``.
+        file of an older version, one made of another by ``dataclasses.replace``, or one with
+        a guard.
         """
         return None if self._made is None else self._made.plain
 

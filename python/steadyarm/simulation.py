@@ -21,7 +21,7 @@ Reference = (
 
 def simulate(
     plant: _core.Plant,
-    tracker: _core.ComputedTorque,
+    tracker: _core.ComputedTorque | _core.Guard,
     reference: Reference,
     duration: float = 40.0,
     dt: float = 1e-3,
@@ -46,7 +46,9 @@ def simulate(
     Parameters
     ----------
     plant: what is really there.
-    tracker: the controller.
+    tracker: the controller, or a `Guard` around one; the guard stays as it was too. A guard's run
+        needs its ``period`` for a ``control_period``, tells what it did in ``run.guard``, and
+        cannot be replayed.
     reference: `Sines`, `Quintic`, `Table`, or a callable ``t -> (q_d, dq_d, ddq_d)``.
     duration: length [s], a whole number of ``dt``.
     dt: step of the integrator and spacing of the record [s].

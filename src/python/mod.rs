@@ -11,6 +11,7 @@ mod dispatch;
 mod errors;
 mod form;
 mod fuzzy;
+mod guard;
 mod limits;
 mod monitor;
 mod per_joint;
@@ -72,6 +73,8 @@ mod core_module {
     use super::form::PyForm;
     #[pymodule_export]
     use super::fuzzy::{PyFuzzyApproximator, PyFuzzyCompensator};
+    #[pymodule_export]
+    use super::guard::PyGuard;
     #[pymodule_export]
     use super::limits::PyExcess;
     #[pymodule_export]

@@ -10,6 +10,7 @@ use super::convert::{
     wrong_shape,
 };
 use super::dispatch::{each, of_joints};
+use super::guard::{Guards, Own, PyGuard, done};
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
@@ -76,13 +77,20 @@ pub(super) fn simulate<'py>(
     let record = word(record, "record", records)?;
     let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
     let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
-    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+    let guard = tracker.cast::<PyGuard>().ok();
+    let mut guards = guard.map(|guard| guard.try_borrow().map(|guard| guard.twin())).transpose()?;
+    let guarded = guard.map(|guard| guard.borrow().tracker.clone_ref(py));
+    let tracker = match &guarded {
+        Some(tracker) => tracker.bind(py),
+        None => object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque or a Guard")?,
+    };
     let mut twin = PyComputedTorque::twin(tracker)?;
     let start = twin.parts(py).1;
     let (plants, monitor) = (&plant.get().plants, Monitor::new(progress));
     let (record, raised) = each!(&mut twin.trackers, Trackers, tracker => {
-        simulated(py, plants, tracker, reference, settings, monitor)
+        simulated(py, plants, (tracker, guards.as_mut()), reference, settings, monitor)
     })?;
+    record.set_item("guard", guards.map(|guards| done(py, &guards)).transpose()?)?;
     record.set_item("start", start)?;
     record.set_item("tracker", twin.parts(py))?;
     Ok((record, raised))
@@ -92,7 +100,7 @@ pub(super) fn simulate<'py>(
 fn simulated<'py, const N: usize>(
     py: Python<'py>,
     plants: &Plants,
-    tracker: &mut Tracker<N>,
+    (tracker, guards): (&mut Tracker<N>, Option<&mut Guards>),
     reference: Any<'_, 'py>,
     settings: Settings<'_, 'py>,
     mut monitor: Monitor,
@@ -108,7 +116,8 @@ fn simulated<'py, const N: usize>(
     let options = settings.options()?;
     let reference = Source::reference(reference, "reference")?;
     let run = py.detach(|| {
-        sim::simulate(plant, &**controller, state, &reference, &options, |t| monitor.look(t))
+        let system = (plant, &**controller, &reference);
+        sim::simulate_by(system, state, guards.and_then(Own::of_run), &options, |t| monitor.look(t))
     });
     let mut run = run?;
     // All are asked: the plant outlives the run.

@@ -28,6 +28,8 @@ pub use metrics::{Metrics, Window, metrics};
 pub use options::{MAX_RECORD_BYTES, Method, Options, Record};
 pub use run::Run;
 pub use sampled::hold_torque;
+#[cfg(feature = "python")]
+pub(crate) use simulate::simulate_by;
 pub use simulate::{simulate, simulate_guarded};
 pub use status::{Cause, Status};
 pub use stiff::Moved;

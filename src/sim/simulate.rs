@@ -45,7 +45,7 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
-    run((plant, controller, reference), state, None, options, monitor)
+    simulate_by((plant, controller, reference), state, None, options, monitor)
 }
 
 /// The same of a loop whose sampled controller is guarded. The controller asks at the guard's
@@ -68,15 +68,13 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
-    let period = options.control_period.unwrap_or(0.0);
-    let same = |period: f64| (period / guard.parameters().period - 1.0).abs() < SAME_PERIOD;
-    within("control_period", &[period], same, "the period of the guard")?;
     let GuardState { controller: state, guard: memory } = state;
     let guarding = Some((guard.parameters(), memory));
-    run((plant, &guard.controller, reference), state, guarding, options, monitor)
+    simulate_by((plant, &guard.controller, reference), state, guarding, options, monitor)
 }
 
-fn run<const N: usize, A, D, L, C, R, S>(
+/// Either of them.
+pub(crate) fn simulate_by<const N: usize, A, D, L, C, R, S>(
     (plant, controller, reference): (&Plant<N, A, D>, &Controller<N, L, C>, &R),
     state: &mut State<N, S>,
     guarding: Guarding<'_, N>,
@@ -90,6 +88,11 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
+    if let Some((guard, _)) = &guarding {
+        let period = options.control_period.unwrap_or(0.0);
+        let same = |period: f64| (period / guard.period - 1.0).abs() < SAME_PERIOD;
+        within("control_period", &[period], same, "the period of the guard")?;
+    }
     let (steps, hold) = options.steps()?;
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
     if options.control_period.is_none() {

@@ -265,6 +265,7 @@ TRACKERS: list[dict[str, Any]] = [
     {"compensator": None},
     {"effort_limit": (30, 20)},
     {"effort_rate_limit": 1e4},
+    {"last_tau": (3, 1)},
 ]
 SAMPLE = ((0.1, -0.2), (0.3, 0.1), (0, 0), (0, 0), (0.1, 0.2), 1e-3)
 

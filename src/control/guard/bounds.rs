@@ -34,7 +34,7 @@ impl<const N: usize> GuardParameters<N> {
             to
         };
         let tau = Vector::from_fn(|n, _| {
-            let (effort, change) = (self.effort[n], self.effort_rate[n] * self.period);
+            let (effort, change) = (self.effort_limit[n], self.effort_rate_limit[n] * self.period);
             // What was sent last may be beyond the effort limit at a take-over.
             let last = last[n].clamp(-effort, effort);
             let (low, high) = ((last - change).max(-effort), (last + change).min(effort));
@@ -53,7 +53,7 @@ impl<const N: usize> GuardParameters<N> {
     /// Between what torques τ q̇ is within the limit.
     fn power_bound(&self, n: usize, dq: Option<&Vector<N>>) -> [f64; 2] {
         let speed = dq.map_or(0.0, |dq| dq[n]);
-        let most = self.power[n] / speed.abs();
+        let most = self.power_limit[n] / speed.abs();
         if speed > 0.0 {
             [f64::NEG_INFINITY, most]
         } else if speed < 0.0 {

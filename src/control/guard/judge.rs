@@ -43,20 +43,20 @@ impl<const N: usize> GuardParameters<N> {
     /// farther than the speed limit allows at a speed within it, or a speed beyond it with less
     /// than half of its way.
     fn contradicts(&self, n: usize, moved: f64, speed: f64, time: f64) -> bool {
-        if speed > self.velocity[n] {
+        if speed > self.velocity_limit[n] {
             moved + self.slack[n] < 0.5 * speed * time
         } else {
-            moved > self.velocity[n] * time + self.slack[n]
+            moved > self.velocity_limit[n] * time + self.slack[n]
         }
     }
 
     /// What is not allowed of a sample that is true.
     fn breach(&self, seen: &Sample<N>, wraps: &[bool; N]) -> Option<Cause> {
         (0..N).find_map(|n| {
-            let [lower, upper] = self.position[n];
+            let [lower, upper] = self.position_limits[n];
             let event = if !wraps[n] && !(lower..=upper).contains(&seen.q[n]) {
                 Event::Position
-            } else if seen.dq[n].abs() > self.velocity[n] {
+            } else if seen.dq[n].abs() > self.velocity_limit[n] {
                 Event::Velocity
             } else if seen.e[n].abs() > self.envelope[n] {
                 Event::Envelope

@@ -10,17 +10,17 @@ pub struct GuardParameters<const N: usize> {
     /// Nominal period of the loop \[s\], 1e-9 to 1.
     pub period: f64,
     /// Smallest and largest position of each joint \[rad\].
-    pub position: [[f64; 2]; N],
+    pub position_limits: [[f64; 2]; N],
     /// Largest speed of each joint [rad/s]; also what a position may change between two samples.
-    pub velocity: [f64; N],
+    pub velocity_limit: [f64; N],
     /// What a position may change beyond that \[rad\]: the step of an encoder, or a noise.
     pub slack: [f64; N],
     /// Largest |τ| of each joint [N·m].
-    pub effort: [f64; N],
+    pub effort_limit: [f64; N],
     /// Largest change of each τ per second [N·m/s], from the torque commanded last.
-    pub effort_rate: [f64; N],
+    pub effort_rate_limit: [f64; N],
     /// Largest mechanical power τ·q̇ that a joint gives to the arm \[W\].
-    pub power: [f64; N],
+    pub power_limit: [f64; N],
     /// Largest |e| of each joint \[rad\].
     pub envelope: [f64; N],
     /// Periods without a good sample in which the last torque is held.
@@ -37,12 +37,12 @@ impl<const N: usize> GuardParameters<N> {
         let none = [f64::INFINITY; N];
         Self {
             period,
-            position: [[f64::NEG_INFINITY, f64::INFINITY]; N],
-            velocity: none,
+            position_limits: [[f64::NEG_INFINITY, f64::INFINITY]; N],
+            velocity_limit: none,
             slack: [0.0; N],
-            effort: none,
-            effort_rate: none,
-            power: none,
+            effort_limit: none,
+            effort_rate_limit: none,
+            power_limit: none,
             envelope: none,
             hold: 20,
             decay: 20,
@@ -58,19 +58,19 @@ impl<const N: usize> GuardParameters<N> {
         check_period("period", self.period)?;
         let wanted = "a limit > 0 (infinite for none)";
         for (name, limits) in [
-            ("velocity", &self.velocity),
-            ("effort", &self.effort),
-            ("effort_rate", &self.effort_rate),
-            ("power", &self.power),
+            ("velocity_limit", &self.velocity_limit),
+            ("effort_limit", &self.effort_limit),
+            ("effort_rate_limit", &self.effort_rate_limit),
+            ("power_limit", &self.power_limit),
             ("envelope", &self.envelope),
         ] {
             accepted(name, limits, |limit| limit > 0.0, wanted)?;
         }
         let slack = |x: f64| x >= 0.0 && x.is_finite();
         accepted("slack", &self.slack, slack, "a number >= 0")?;
-        for (joint, [lower, upper]) in self.position.iter().enumerate() {
+        for (joint, [lower, upper]) in self.position_limits.iter().enumerate() {
             let wanted = "a range whose lower end is below the upper";
-            accepted("position", &[*lower], |lower| lower < *upper, wanted)
+            accepted("position_limits", &[*lower], |lower| lower < *upper, wanted)
                 .map_err(|error| error.at(joint))?;
         }
         self.brake.validate()
