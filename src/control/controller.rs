@@ -269,7 +269,7 @@ pub(super) fn check_sample<const N: usize>(
     desired: &Setpoint<N>,
 ) -> Result<()> {
     let turns = |x: f64| x.abs() <= FARTHEST;
-    let near = "a position of at most 1e5 rad or m; take whole turns away";
+    let near = "a value an arm can have (at most 1e5 rad or m); take whole turns away";
     within("q", q.as_slice(), turns, near)?;
     within("q_d", desired.q.as_slice(), turns, near)?;
     let possible = |x: f64| x.abs() <= IMPOSSIBLE;

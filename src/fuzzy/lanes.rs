@@ -142,12 +142,14 @@ pub(crate) fn accumulate<S: Simd>(
 ) -> f64 {
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
-        for w in S::as_mut_simd_f64s(&mut *weights).0 {
-            *w = simd.mul_f64s(factor, *w);
-        }
+        let weights = S::as_mut_simd_f64s(&mut *weights).0;
         if keep < FADES_FAST {
-            for w in S::as_mut_simd_f64s(&mut *weights).0 {
-                *w = lanes_unless_tiny(simd, *w, TINY_WEIGHT);
+            for w in weights {
+                *w = lanes_unless_tiny(simd, simd.mul_f64s(factor, *w), TINY_WEIGHT);
+            }
+        } else {
+            for w in weights {
+                *w = simd.mul_f64s(factor, *w);
             }
         }
     }

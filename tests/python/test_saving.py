@@ -454,7 +454,12 @@ def test_a_random_word_in_a_saved_state_is_refused_or_harmless(seed: int) -> Non
     except ValueError:
         assert controller.__getstate__() == saved
         return
-    assert controller.__getstate__() == bad
+    taken = controller.__getstate__()
+    # A weight that no step leaves so small is taken as zero.
+    tiny = 0.0 < abs(np.uint64(value).view(np.float64)) < 1e-150
+    assert taken == bad or tiny
+    controller.__setstate__(taken)
+    assert controller.__getstate__() == taken
     for sample in samples(5, seed=1):
         try:
             assert np.isfinite(controller.step(*sample, 1e-3)).all()
