@@ -38,7 +38,7 @@ from ._scene import VERSION as _VERSION
 from .design import DesignReport, design
 from .metrics import Metrics
 from .run import Certificate, Channel, Run, Status
-from .simulation import replay, simulate
+from .simulation import DesignWarning, replay, simulate
 
 if _TYPE_CHECKING:
     from types import ModuleType
@@ -57,6 +57,7 @@ __all__ = [
     "Channel",
     "ComputedTorque",
     "DesignReport",
+    "DesignWarning",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",

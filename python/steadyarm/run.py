@@ -142,11 +142,15 @@ class Run(_Columns):
     status: Status
     """Why the run ended."""
     certificate: Certificate | None
-    """The dissipation identity; None for sampled control or without a compensator."""
+    """The dissipation identity; None without a compensator, and in sampled control: the identity is
+    that of a law in continuous time. Look at `design` for the margin of a sampled loop, and at a
+    run of the same scene without ``control_period`` for the law."""
     dictionary: _core._Dictionary | None = None
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
     own: Mapping[Channel, Array] = field(default_factory=dict)
     """Signals that the compensator adds; each is an attribute too."""
+    notes: tuple[str, ...] = ()
+    """Choices that did nothing or ruined the run, in words; empty if there are none."""
 
     @classmethod
     def _from_record(

@@ -96,7 +96,12 @@ pub(super) struct AnyReference<const N: usize>(Source<N>);
 
 impl<const N: usize> AnyReference<N> {
     pub fn new(value: Any<'_, '_>) -> PyResult<Self> {
-        Source::new(value, "reference", "t -> (q_d, dq_d, ddq_d)").map(Self)
+        Self::named(value, "reference")
+    }
+
+    /// The argument of this name.
+    pub fn named(value: Any<'_, '_>, name: &str) -> PyResult<Self> {
+        Source::new(value, name, "t -> (q_d, dq_d, ddq_d)").map(Self)
     }
 
     pub fn callback(&self) -> Option<&Callback> {

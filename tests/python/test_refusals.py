@@ -143,7 +143,7 @@ SCALARS = [
     (riccati, ("gamma",)),
     (quintic, ("duration", "start_time")),
     (fit, ("ridge",)),
-    (design, ("period", "inertia_ratio")),
+    (design, ("control_period", "inertia_ratio")),
 ]
 EACH_SCALAR = [
     pytest.param(call, name, id=f"{call.__name__}-{name}")
