@@ -4,9 +4,9 @@ Usage: python benches/verdicts.py [--designs N] [--first SEED] [--processes N] [
 
 Designs and runs are those of ``tests/python/verdict_scenes.py``, a seed each: arms of 1 to 7
 joints, all bases, inputs and modifications, models that are off, delays, and control periods from
-0.05 to 2 times the longest stable one. Prints the counts and writes ``benches/results/verdicts.csv``
-(``--keep``: another file), a row a design. Exits 1 if a loop that is called sound diverges, or more
-than 2 % of those refused for a spectral radius >= 1 run well.
+0.05 to 2 times the longest stable one. Prints the counts and writes a row a design to
+``benches/results/verdicts.csv`` (``--keep``: another file). Exits 1 if a loop that is called sound
+diverges, or more than 2 % of those refused for a spectral radius >= 1 run well.
 """
 
 import argparse

@@ -68,7 +68,8 @@ class Certificate:
     For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
     ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
     RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong, or
-    where the error of a continuous joint passes half a turn, at which V jumps.
+    where the error of a continuous joint passes half a turn, at which V jumps. It is of continuous
+    time: a run with a ``control_period`` has none, and `design` tells its margin.
     ``state_cost`` = ∫ x'Qx dt is then bounded by ``v_start + gamma² uncertainty``, where
     ``uncertainty`` = ∫ |ρ|² dt.
     """

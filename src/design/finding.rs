@@ -308,8 +308,9 @@ impl Finding {
             ),
             Self::FarStart { joint, distance } => write!(
                 f,
-                "q0: joint {} starts {distance:.3} from the path, and the compensator learns from \
-                 the way there: start on the path, or lead the reference from q0",
+                "q0: joint {} starts {distance:.3} from the path: the torque jumps, and a \
+                 compensator learns from the way there: start on the path, or lead the reference \
+                 from q0",
                 joint + 1
             ),
             Self::WeakEffort { joint, limit, need, gravity } => {

@@ -12,10 +12,17 @@ use nalgebra::{DMatrix, DVector};
 use super::Subject;
 use super::course::Course;
 use super::subject::of_joint;
+use crate::control::{Gains, Sample};
 use crate::error::Result;
+use crate::math::{Vector, sqrt};
+use crate::reference::Setpoint;
 
 /// Ridge, as a share of the mean of |ξ|².
 const RIDGE: f64 = 1e-6;
+
+/// An error that may come to stay: where the rules fire less at it, a loop may shake there \[rad\];
+/// in velocity, times √k_p.
+const AWAY: f64 = 0.05;
 
 /// A direction counts if ξ has this share of the largest |ξ|² in it.
 const DIRECTION: f64 = 1e-3;
@@ -25,6 +32,8 @@ const DIRECTION: f64 = 1e-3;
 pub struct Learning<const N: usize> {
     /// |ξ|² of each joint at every point.
     pub(super) xi_squared: Vec<[f64; N]>,
+    /// The smallest |ξ|² near every point.
+    pub(super) weakest: Vec<[f64; N]>,
     /// Independent directions that ξ takes along the path, of each joint.
     pub directions: [usize; N],
     /// Rules that fire somewhere along the path with 5 % of the strongest, of each joint; `None` in
@@ -38,8 +47,12 @@ pub struct Learning<const N: usize> {
 }
 
 impl<const N: usize> Learning<N> {
-    /// Of a compensator along a path.
-    pub(super) fn new(subject: &dyn Subject<N>, course: &Course<N>) -> Result<Self> {
+    /// Of a compensator along a path, for a loop with these gains.
+    pub(super) fn new(
+        subject: &dyn Subject<N>,
+        course: &Course<N>,
+        gains: &Gains<N>,
+    ) -> Result<Self> {
         let samples = course.samples();
         let products = subject.products(&samples)?;
         let excited = subject.rules_excited(&samples)?;
@@ -52,16 +65,50 @@ impl<const N: usize> Learning<N> {
             survives[n] = explained(block, &rho);
         }
         let known = course.measured && course.points.iter().any(|point| point.rho.amax() > 0.0);
+        let xi_squared = diagonals(&products);
         Ok(Self {
-            xi_squared: (0..samples.len())
-                .map(|k| std::array::from_fn(|n| of_joint(&products, n)[(k, k)]))
-                .collect(),
+            weakest: weakest(subject, &samples, gains, &xi_squared)?,
+            xi_squared,
             directions,
             rules_excited: excited.map(|it| std::array::from_fn(|n| *of_joint(&it, n))),
             rules: subject.rules(),
             survives: known.then_some(survives),
         })
     }
+}
+
+/// |ξ|² of each joint at every sample.
+pub(super) fn diagonals<const N: usize>(products: &[DMatrix<f64>]) -> Vec<[f64; N]> {
+    let of = |k: usize| std::array::from_fn(|n| of_joint(products, n)[(k, k)]);
+    (0..products[0].nrows()).map(of).collect()
+}
+
+/// The smallest |ξ|² of each joint at every sample, and at errors of [`AWAY`] there, in position or
+/// in velocity; neighbours err to opposite sides.
+fn weakest<const N: usize>(
+    subject: &dyn Subject<N>,
+    samples: &[Sample<N>],
+    gains: &Gains<N>,
+    on_path: &[[f64; N]],
+) -> Result<Vec<[f64; N]>> {
+    let mut least = on_path.to_vec();
+    for (on_e, on_de) in [(AWAY, 0.0), (-AWAY, 0.0), (0.0, AWAY), (0.0, -AWAY)] {
+        let away: Vec<_> = samples
+            .iter()
+            .map(|sample| {
+                let side = |n: usize| if n % 2 == 0 { 1.0 } else { -1.0 };
+                let e = Vector::from_fn(|n, _| side(n) * on_e);
+                let de = Vector::from_fn(|n, _| side(n) * on_de * sqrt(gains.kp[n]));
+                let Setpoint { q, dq, .. } = sample.desired;
+                Sample { q: q + e, dq: dq + de, e, de, ..*sample }
+            })
+            .collect();
+        let near: Vec<[f64; N]> = diagonals(&subject.products(&away)?);
+        for (least, near) in least.iter_mut().flatten().zip(near.iter().flatten()) {
+            *least = least.min(*near);
+        }
+    }
+    Ok(least)
 }
 
 /// Steps of a pivoted Cholesky factorisation: each takes the ξ that sticks out most of the span of

@@ -6,7 +6,7 @@ use super::course::Course;
 use super::joint_design::{JointDesign, JointReport};
 use super::learning::Learning;
 use super::sampled_loop::{Integrators, SampledLoop};
-use super::spectrum::Spectrum;
+use super::spectrum::{Spectrum, signal};
 use super::{Finding, Subject};
 use crate::arm::{Arm, JointLimits};
 use crate::control::{Adaptation, ComputedTorque, Gains, Limits, Signal};
@@ -157,7 +157,7 @@ impl<const N: usize> Design<'_, N> {
         not_empty("disturbance", disturbance.map_or(1, <[_]>::len))?;
         let mut findings = Vec::new();
         let learning = match (self.compensator, self.course) {
-            (Some(subject), Some(course)) => Some(Learning::new(subject, course)?),
+            (Some(subject), Some(course)) => Some(Learning::new(subject, course, self.gains)?),
             _ => None,
         };
         let xi_squared = self.xi_squared(learning.as_ref())?;
@@ -185,6 +185,7 @@ impl<const N: usize> Design<'_, N> {
             }
         }
         let choices = self.arm.choices(self.gains, self.compensator, self.course);
+        findings.extend(choices.weak());
         findings.extend(choices.findings()?);
         Ok(Report { joints, learning, findings, left_out: self.left_out() })
     }
@@ -234,15 +235,20 @@ impl<const N: usize> Design<'_, N> {
         weakest: usize,
     ) -> Result<Option<Finding>> {
         let Conditions { control_period, delay_samples, disturbance, .. } = *self.conditions;
-        let integrators = self.compensator.zip(learning).map(|(subject, learning)| Integrators {
-            p: *subject.p(),
-            k_i: learning.xi_squared.iter().map(|it| integral_gains(subject, it)).collect(),
-            leak_rate: subject.parameters().adaptation.leak_rate,
-        });
+        let subject = self.compensator.zip(learning);
+        let of = |points: fn(&Learning<N>) -> &Vec<[f64; N]>, factor: f64| {
+            subject.map(|(subject, learning)| Integrators {
+                p: *subject.p(),
+                k_i: points(learning).iter().map(|it| k_i_of(subject, it, factor)).collect(),
+                leak_rate: subject.parameters().adaptation.leak_rate,
+            })
+        };
+        let integrators = of(|it| &it.xi_squared, 1.0);
+        let least = of(|it| &it.weakest, self.drive(course)?);
         let whole = |it| SampledLoop::new(course, self.gains, it, delay_samples);
         let (with, alone) = (whole(integrators.as_ref())?, whole(None)?);
         let guess = joints[weakest].max_period.max(1e-6);
-        let radius = with.radius(control_period)?;
+        let radius = whole(least.as_ref())?.radius(control_period)?;
         let max_period = with.max_period(guess)?;
         let lost = max_period == 0.0 && joints[weakest].max_period > 0.0;
         let measured = course.measured && disturbance.is_none();
@@ -258,6 +264,17 @@ impl<const N: usize> Design<'_, N> {
             }
         }
         Ok(lost.then_some(Finding::Overwhelmed { joint: weakest }))
+    }
+
+    /// What a dead zone leaves of the drive at the largest signal that there is to learn from.
+    fn drive(&self, course: &Course<N>) -> Result<f64> {
+        let Some(subject) = self.compensator.filter(|_| course.measured) else { return Ok(1.0) };
+        let dead_zone = subject.parameters().adaptation.dead_zone;
+        if dead_zone == 0.0 {
+            return Ok(1.0);
+        }
+        let signal = signal(subject, self.gains, course)?;
+        Ok((1.0 - dead_zone / signal).max(0.0))
     }
 
     /// What the control period is to the longest stable one.
@@ -304,8 +321,13 @@ fn slowest<const N: usize>(joints: &[JointReport; N]) -> usize {
     (0..N).reduce(shorter).unwrap_or(0)
 }
 
-/// k_I of each joint for |ξ|² at a point.
-fn integral_gains<const N: usize>(subject: &dyn Subject<N>, xi_squared: &[f64; N]) -> [f64; N] {
+/// k_I of each joint for |ξ|² at a point, with this factor of the drive.
+fn k_i_of<const N: usize>(
+    subject: &dyn Subject<N>,
+    xi_squared: &[f64; N],
+    factor: f64,
+) -> [f64; N] {
     let Adaptation { gain, normalization, .. } = subject.parameters().adaptation;
-    std::array::from_fn(|n| gain[n] * xi_squared[n] / (1.0 + normalization * xi_squared[n]))
+    let weakened = |n: usize| xi_squared[n] / (1.0 + normalization * xi_squared[n]);
+    std::array::from_fn(|n| factor * gain[n] * weakened(n))
 }

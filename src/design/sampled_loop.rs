@@ -179,9 +179,12 @@ impl SampledLoop {
         Ok(good)
     }
 
-    /// Steady RMS of e of each joint \[rad\] along the path under ρ_d; `longest`: the longest
-    /// stable period.
+    /// Steady RMS of e of each joint \[rad\] along the path under ρ_d, infinite beyond `longest`,
+    /// the longest stable period.
     pub fn rms(&self, control_period: f64, longest: f64) -> Vec<f64> {
+        if control_period >= longest {
+            return vec![f64::INFINITY; self.joints];
+        }
         let coarse = self.duration / MOST_SAMPLES;
         let h = if coarse < longest / 10.0 { control_period.max(coarse) } else { control_period };
         let samples = (self.duration / h).round().clamp(1.0, MOST_SAMPLES) as usize;

@@ -7,7 +7,11 @@
 use core::f64::consts::TAU;
 
 use super::course::{Course, POINTS};
+use super::{LinearModel, Subject};
+use crate::control::Gains;
+use crate::error::Result;
 use crate::math::{sin_cos, sqrt};
+use crate::riccati::JointSolution;
 
 /// Harmonics of a joint.
 pub(super) struct Spectrum {
@@ -30,4 +34,24 @@ impl Spectrum {
         });
         Self { harmonics: harmonics.collect() }
     }
+}
+
+/// What there is to learn from: the largest |BᵀPx| along the path under computed torque alone.
+pub(super) fn signal<const N: usize>(
+    subject: &dyn Subject<N>,
+    gains: &Gains<N>,
+    course: &Course<N>,
+) -> Result<f64> {
+    let mut squares = 0.0;
+    for n in 0..N {
+        let JointSolution { p12, p22, .. } = subject.p()[n];
+        let (kp, kv) = (gains.kp[n], gains.kv[n]);
+        let (k_i, leak_rate, inertia_ratio) = (0.0, 0.0, course.ratio(n));
+        let alone = LinearModel { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio };
+        for &(amplitude, omega) in &Spectrum::of(course, n).harmonics {
+            let e = amplitude * alone.gain_at(omega)?;
+            squares += e * e * (p12 * p12 + p22 * p22 * omega * omega);
+        }
+    }
+    Ok(sqrt(squares))
 }

@@ -31,8 +31,8 @@ STEP = 2e-3
 """Step of the plant at the most [s]."""
 
 LOST = 1.0
-"""A loop whose error passes this late in the run has diverged [rad], and so has one whose error is
-`WORSE` times what it is in fine steps, and more than `SEEN` [rad]."""
+"""A loop has diverged whose error passes `LOST` late in the run [rad] and is more than `WELL` times
+what it is in fine steps, or passes `SEEN` [rad] and is more than `WORSE` times that."""
 WORSE, SEEN = 10.0, 0.2
 
 WELL, NEAR = 2.0, 0.01
@@ -51,9 +51,7 @@ class Design:
     words: str
 
     def report(self, control_period: float) -> sa.DesignReport:
-        return sa.design(
-            self.tracker, control_period, self.delay, path=self.path, plant=self.plant
-        )
+        return sa.design(self.tracker, control_period, self.delay, path=self.path, plant=self.plant)
 
 
 def arm(rng: np.random.Generator, joints: int) -> sa.Serial:
@@ -192,7 +190,8 @@ class Outcome:
 
     @property
     def diverged(self) -> bool:
-        far = self.late > LOST or (self.rms > WORSE * self.rms_fine and self.late > SEEN)
+        far = self.late > LOST and self.rms > WELL * self.rms_fine
+        far |= self.late > SEEN and self.rms > WORSE * self.rms_fine
         return not self.finished or far
 
     @property
