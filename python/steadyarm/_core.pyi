@@ -1,4 +1,4 @@
-"""The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+"""The compiled core; `steadyarm` has all but the functions that its own are made of.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
 real type, order and stride. They are copied, and what comes back is always a new float64 array.

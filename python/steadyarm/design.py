@@ -48,8 +48,8 @@ class DesignReport:
     """Predicted steady RMS error with it [rad]."""
     sampled_radius: Array
     """Spectral radius of the sampled loop, stable below 1. Along a path the growth per sample of
-    the loop of all joints, with the rules as they fire least within 0.05 rad and what the dead zone
-    leaves: at 1 and above the loop is unstable all the same."""
+    the loop of all joints when it shakes by 0.05 rad, with what the rules keep then and the dead
+    zone leaves: at 1 and above the loop is unstable all the same."""
     max_period: Array
     """Longest period at which the sampled loop is stable [s], 0 if it never is; along a path that
     of the loop of all joints."""

@@ -52,8 +52,8 @@ pub struct JointReport {
     /// Predicted steady RMS error \[rad\], without and with the compensator.
     pub rms: [f64; 2],
     /// Spectral radius of the sampled loop; it is stable below 1. Along a path, the growth per
-    /// sample of the loop of all joints where it is least: where the rules fire least within 0.05
-    /// rad, with what the dead zone leaves. At 1 and above the loop is unstable all the same.
+    /// sample of the loop of all joints when it shakes by 0.05 rad, with what the rules keep then
+    /// and the dead zone leaves. At 1 and above the loop is unstable all the same.
     pub sampled_radius: f64,
     /// Longest period at which the sampled loop is stable \[s\]; along a path, that of all joints.
     pub max_period: f64,

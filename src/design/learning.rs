@@ -20,8 +20,8 @@ use crate::reference::Setpoint;
 /// Ridge, as a share of the mean of |ξ|².
 const RIDGE: f64 = 1e-6;
 
-/// An error that may come to stay: where the rules fire less at it, a loop may shake there \[rad\];
-/// in velocity, times √k_p.
+/// Shaking by so much ends where the rules lose what they learn in it \[rad\]; in velocity, times
+/// √k_p.
 const AWAY: f64 = 0.05;
 
 /// A direction counts if ξ has this share of the largest |ξ|² in it.
@@ -32,8 +32,8 @@ const DIRECTION: f64 = 1e-3;
 pub struct Learning<const N: usize> {
     /// |ξ|² of each joint at every point.
     pub(super) xi_squared: Vec<[f64; N]>,
-    /// The smallest |ξ|² near every point.
-    pub(super) weakest: Vec<[f64; N]>,
+    /// What is left of it where the loop shakes.
+    pub(super) shaken: Vec<[f64; N]>,
     /// Independent directions that ξ takes along the path, of each joint.
     pub directions: [usize; N],
     /// Rules that fire somewhere along the path with 5 % of the strongest, of each joint; `None` in
@@ -67,7 +67,7 @@ impl<const N: usize> Learning<N> {
         let known = course.measured && course.points.iter().any(|point| point.rho.amax() > 0.0);
         let xi_squared = diagonals(&products);
         Ok(Self {
-            weakest: weakest(subject, &samples, gains, &xi_squared)?,
+            shaken: shaken(subject, &samples, gains, &xi_squared)?,
             xi_squared,
             directions,
             rules_excited: excited.map(|it| std::array::from_fn(|n| *of_joint(&it, n))),
@@ -83,29 +83,30 @@ pub(super) fn diagonals<const N: usize>(products: &[DMatrix<f64>]) -> Vec<[f64; 
     (0..products[0].nrows()).map(of).collect()
 }
 
-/// The smallest |ξ|² of each joint at every sample, and at errors of [`AWAY`] there, in position or
-/// in velocity; neighbours err to opposite sides.
-fn weakest<const N: usize>(
+/// What is left of |ξ|² of each joint where the loop shakes about every sample by [`AWAY`], in
+/// position or in velocity: the smallest ξ·ξ' of both ends. What is learnt at one end is then used
+/// at the other. Neighbours shake to opposite sides.
+fn shaken<const N: usize>(
     subject: &dyn Subject<N>,
     samples: &[Sample<N>],
     gains: &Gains<N>,
     on_path: &[[f64; N]],
 ) -> Result<Vec<[f64; N]>> {
     let mut least = on_path.to_vec();
-    for (on_e, on_de) in [(AWAY, 0.0), (-AWAY, 0.0), (0.0, AWAY), (0.0, -AWAY)] {
-        let away: Vec<_> = samples
-            .iter()
-            .map(|sample| {
-                let side = |n: usize| if n % 2 == 0 { 1.0 } else { -1.0 };
-                let e = Vector::from_fn(|n, _| side(n) * on_e);
-                let de = Vector::from_fn(|n, _| side(n) * on_de * sqrt(gains.kp[n]));
-                let Setpoint { q, dq, .. } = sample.desired;
-                Sample { q: q + e, dq: dq + de, e, de, ..*sample }
-            })
-            .collect();
-        let near: Vec<[f64; N]> = diagonals(&subject.products(&away)?);
-        for (least, near) in least.iter_mut().flatten().zip(near.iter().flatten()) {
-            *least = least.min(*near);
+    for (on_e, on_de) in [(AWAY, 0.0), (0.0, AWAY)] {
+        let away = |sample: &Sample<N>, end: f64| {
+            let side = |n: usize| if n.is_multiple_of(2) { end } else { -end };
+            let e = Vector::from_fn(|n, _| side(n) * on_e);
+            let de = Vector::from_fn(|n, _| side(n) * on_de * sqrt(gains.kp[n]));
+            let Setpoint { q, dq, .. } = sample.desired;
+            Sample { q: q + e, dq: dq + de, e, de, ..*sample }
+        };
+        let ends = [1.0, -1.0].map(|end| samples.iter().map(move |it| away(it, end)));
+        let products = subject.products(&ends.into_iter().flatten().collect::<Vec<_>>())?;
+        for (k, least) in least.iter_mut().enumerate() {
+            for (n, least) in least.iter_mut().enumerate() {
+                *least = least.min(of_joint(&products, n)[(k, samples.len() + k)]);
+            }
         }
     }
     Ok(least)
@@ -130,7 +131,8 @@ fn count_directions(products: &DMatrix<f64>) -> usize {
 
 /// 1 − RMS of what W leaves over RMS of ρ, at the points between those that W is fitted to.
 fn explained(products: &DMatrix<f64>, rho: &DVector<f64>) -> f64 {
-    let (fitted, judged): (Vec<usize>, Vec<usize>) = (0..rho.len()).partition(|k| k % 2 == 0);
+    let even = |k: &usize| k.is_multiple_of(2);
+    let (fitted, judged): (Vec<usize>, Vec<usize>) = (0..rho.len()).partition(even);
     let mut normal = products.select_rows(&fitted).select_columns(&fitted);
     let ridge = RIDGE * normal.trace().max(f64::MIN_POSITIVE);
     for k in 0..fitted.len() {

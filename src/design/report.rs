@@ -244,7 +244,7 @@ impl<const N: usize> Design<'_, N> {
             })
         };
         let integrators = of(|it| &it.xi_squared, 1.0);
-        let least = of(|it| &it.weakest, self.drive(course)?);
+        let least = of(|it| &it.shaken, self.drive(course)?);
         let whole = |it| SampledLoop::new(course, self.gains, it, delay_samples);
         let (with, alone) = (whole(integrators.as_ref())?, whole(None)?);
         let guess = joints[weakest].max_period.max(1e-6);

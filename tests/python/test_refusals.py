@@ -502,11 +502,6 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, r"x: got shape \(2, 3\), wants \(samples, 4\)", lambda: fit()(np.zeros((2, 3)))),
     # the design report
     (TypeError, r"tracker: got int, wants a ComputedTorque", lambda: design(tracker=3)),
-    (
-        TypeError,
-        r"tracker: got one without a compensator",
-        lambda: design(tracker=computed_torque()),
-    ),
     (ValueError, r"delay: got -1, wants a whole number >= 0", lambda: design(delay=-1)),
     (TypeError, r"delay: got float, wants a whole number >= 0", lambda: design(delay=1.5)),
     (
