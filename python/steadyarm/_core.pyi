@@ -39,6 +39,7 @@ __all__ = [
     "bounded_real_riccati",
     "care",
     "channels",
+    "choices",
     "design",
     "desired_motion",
     "metrics",

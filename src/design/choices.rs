@@ -70,8 +70,8 @@ impl<const N: usize> Choices<'_, N> {
         swapped.then_some(Finding::Swapped { joint, kp, kv })
     }
 
-    /// Joints that are hardly held. A run shows nothing of it where no friction is modelled, so only
-    /// a report says so.
+    /// Joints that are hardly held. A run shows nothing of it where no friction is modelled: a
+    /// report alone says so.
     pub(super) fn weak(&self) -> impl Iterator<Item = Finding> {
         (0..N).filter_map(|joint| self.weak_joint(joint))
     }

@@ -200,8 +200,8 @@ impl Finding {
         }
     }
 
-    /// About gains and margins.
-    fn of_gains(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    /// About what is learnt.
+    fn of_learning(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Inert { joint, k_i, removes, suggested_gain } => {
                 let (number, percent) = (joint + 1, 100.0 * removes);
@@ -224,6 +224,23 @@ impl Finding {
                  there, or widen the sets",
                 joint + 1
             ),
+            Self::NarrowMargin { joint, max_scale } => write!(
+                f,
+                "joint {}: Q is close to the largest that has a solution ({max_scale:.4} times \
+                 this one): lower Q or raise gamma",
+                joint + 1
+            ),
+            Self::NeedsPath => f.write_str(
+                "what the compensator does cannot be known without a path: its rules see where \
+                 the arm is; give path=, and plant= for the error",
+            ),
+            _ => self.of_gains(f),
+        }
+    }
+
+    /// About gains and margins.
+    fn of_gains(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match *self {
             Self::Ringing { joint, damping } => write!(
                 f,
                 "joint {}: the loop will ring (damping ratio {damping:.3}): raise kv or lower the \
@@ -241,16 +258,6 @@ impl Finding {
                 "joint {}: unstable along this path at any control period: the arm that is there \
                  is too far from the nominal one; raise kp and kv, or mend the model",
                 joint + 1
-            ),
-            Self::NarrowMargin { joint, max_scale } => write!(
-                f,
-                "joint {}: Q is close to the largest that has a solution ({max_scale:.4} times \
-                 this one): lower Q or raise gamma",
-                joint + 1
-            ),
-            Self::NeedsPath => f.write_str(
-                "what the compensator does cannot be known without a path: its rules see where \
-                 the arm is; give path=, and plant= for the error",
             ),
             Self::Swapped { joint, kp, kv } => write!(
                 f,
@@ -333,7 +340,7 @@ impl fmt::Display for Finding {
             Self::Unstable { .. } | Self::NoMargin { .. } | Self::SlowSampling { .. } => {
                 self.of_sampling(f)
             }
-            _ => self.of_gains(f),
+            _ => self.of_learning(f),
         }
     }
 }
