@@ -15,8 +15,8 @@ from .simulation import Reference
 
 Array = NDArray[np.float64]
 
-Path = Reference | tuple[ArrayLike, ...]
-"""A path: a reference, or the arguments of a `Table`: (t, q) or (t, q, dq, ddq)."""
+Path = Reference | tuple[ArrayLike, ...] | Array
+"""A path: a reference, the arguments of a `Table`, (t, q) or (t, q, dq, ddq), or positions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,8 @@ def design(
         None: what ``plant`` has along ``path``, or else 1 rad/s² at 1 rad/s.
     inertia_ratio: believed over true inertia: 1 if right, 0.5 if the arm is twice as heavy. None:
         that of ``plant``, or else 1.
-    path: what will be tracked: a reference, or (t, q) or (t, q, dq, ddq) as a `Table` takes them.
+    path: what will be tracked: a reference; (t, q) or (t, q, dq, ddq) as a `Table` takes them; or
+        positions (T, n), evenly spaced over ``duration``.
     plant: what is really there; it needs a path.
     duration: length of the path [s]. None: a `Table` and a `Quintic` to their ends, `Sines` over a
         period of the slowest; a callable needs it.
@@ -177,6 +178,10 @@ def design(
         raise ValueError("path: got None, wants the motion at which the plant is looked at")
     if plant is not None and inertia_ratio is not None:
         raise ValueError(f"inertia_ratio: got {inertia_ratio}, wants None beside a plant")
+    if isinstance(path, np.ndarray | list):
+        if duration is None:
+            raise ValueError("duration: got None, wants the length of a path of positions [s]")
+        path = np.linspace(0.0, duration, len(path)), path
     if isinstance(path, tuple):
         path = _core.Table(*path)
     if path is not None and duration is None:

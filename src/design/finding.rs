@@ -15,6 +15,8 @@ pub enum Finding {
         removes: f64,
         /// A gain that removes 90 %, if there is one that the control period allows.
         suggested_gain: Option<f64>,
+        /// Where the rules can learn the path, about how long that takes \[s\].
+        learns_in: Option<f64>,
     },
     /// No rule fires where the joint works.
     Silent {
@@ -203,8 +205,16 @@ impl Finding {
     /// About what is learnt.
     fn of_learning(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
-            Self::Inert { joint, k_i, removes, suggested_gain } => {
+            Self::Inert { joint, k_i, removes, suggested_gain, learns_in } => {
                 let (number, percent) = (joint + 1, 100.0 * removes);
+                if let Some(time) = learns_in {
+                    return write!(
+                        f,
+                        "joint {number}: the compensator learns slowly: at first it removes \
+                         {percent:.1} % of the error, and to learn the path takes it some \
+                         {time:.0} s; a higher gain is faster"
+                    );
+                }
                 write!(
                     f,
                     "joint {number}: the compensator is inert: with k_I = {k_i:.3} it removes \

@@ -78,6 +78,8 @@ pub(super) struct JointDesign<'a, const N: usize> {
     pub delay: usize,
     /// The smallest M₀ⱼⱼ [kg·m²].
     pub mass: f64,
+    /// Directions of ξ along the path, if the rules can learn there what the model leaves out.
+    pub learns: Option<usize>,
 }
 
 impl<const N: usize> JointDesign<'_, N> {
@@ -200,7 +202,11 @@ impl<const N: usize> JointDesign<'_, N> {
             return Ok(None);
         }
         let suggested_gain = self.useful_gain(self.rms(0.0)?)?;
-        Ok(Some(Finding::Inert { joint, k_i, removes, suggested_gain }))
+        // ρ̂' = k_I p12 e with e = (ρ − ρ̂)/k_p, while ρ changes slowly; |ξ|² is shared among the
+        // directions.
+        let one = self.gains.kp[joint] / (k_i * report.p.p12);
+        let learns_in = self.learns.map(|directions| directions as f64 * one);
+        Ok(Some(Finding::Inert { joint, k_i, removes, suggested_gain, learns_in }))
     }
 
     /// The gain that removes 90 % of the error, by doubling and halving, if the control period

@@ -24,6 +24,9 @@ const RIDGE: f64 = 1e-6;
 /// √k_p.
 const AWAY: f64 = 0.05;
 
+/// Rules that explain more than this share of ρ_d can learn it.
+const LEARNT: f64 = 0.5;
+
 /// A direction counts if ξ has this share of the largest |ξ|² in it.
 const DIRECTION: f64 = 1e-3;
 
@@ -77,15 +80,53 @@ impl<const N: usize> Learning<N> {
     }
 }
 
+impl<const N: usize> Learning<N> {
+    /// Directions of ξ, if the rules of joint `n` can learn what the model leaves out.
+    pub(super) fn learns(&self, n: usize) -> Option<usize> {
+        let learnt = self.survives.is_some_and(|share| share[n] > LEARNT);
+        learnt.then_some(self.directions[n])
+    }
+}
+
 /// |ξ|² of each joint at every sample.
 pub(super) fn diagonals<const N: usize>(products: &[DMatrix<f64>]) -> Vec<[f64; N]> {
     let of = |k: usize| std::array::from_fn(|n| of_joint(products, n)[(k, k)]);
     (0..products[0].nrows()).map(of).collect()
 }
 
-/// What is left of |ξ|² of each joint where the loop shakes about every sample by [`AWAY`], in
-/// position or in velocity: the smallest ξ·ξ' of both ends. What is learnt at one end is then used
-/// at the other. Neighbours shake to opposite sides.
+/// Both ends of a shake about every sample: those of one end, then those of the other. Neighbours
+/// go to opposite sides, or all to one.
+fn ends<const N: usize>(
+    samples: &[Sample<N>],
+    size: &[f64; N],
+    rate: Option<&[f64; N]>,
+    together: bool,
+) -> Vec<Sample<N>> {
+    let away = |sample: &Sample<N>, end: f64| {
+        let side = |n: usize| if together || n.is_multiple_of(2) { end } else { -end };
+        let by = Vector::from_fn(|n, _| side(n) * size[n] * rate.map_or(1.0, |rate| rate[n]));
+        let still = Vector::zeros();
+        let (e, de) = if rate.is_some() { (still, by) } else { (by, still) };
+        let Setpoint { q, dq, .. } = sample.desired;
+        Sample { q: q + e, dq: dq + de, e, de, ..*sample }
+    };
+    let of = |end: f64| samples.iter().map(move |it| away(it, end));
+    of(1.0).chain(of(-1.0)).collect()
+}
+
+/// The frequency of the loop at a point, √(k_p + k_I p22) of each joint [rad/s].
+fn frequency<const N: usize>(
+    subject: &dyn Subject<N>,
+    gains: &Gains<N>,
+    xi_squared: &[f64; N],
+) -> [f64; N] {
+    let k_i = subject.parameters().adaptation.integral_gains(xi_squared);
+    std::array::from_fn(|n| sqrt(gains.kp[n] + k_i[n] * subject.p()[n].p22))
+}
+
+/// What is left of |ξ|² of each joint where the loop shakes about every sample by [`AWAY`]: the
+/// smallest ξ·ξ' of both ends, in position and in velocity. What is learnt at one end is used at
+/// the other.
 fn shaken<const N: usize>(
     subject: &dyn Subject<N>,
     samples: &[Sample<N>],
@@ -93,16 +134,9 @@ fn shaken<const N: usize>(
     on_path: &[[f64; N]],
 ) -> Result<Vec<[f64; N]>> {
     let mut least = on_path.to_vec();
-    for (on_e, on_de) in [(AWAY, 0.0), (0.0, AWAY)] {
-        let away = |sample: &Sample<N>, end: f64| {
-            let side = |n: usize| if n.is_multiple_of(2) { end } else { -end };
-            let e = Vector::from_fn(|n, _| side(n) * on_e);
-            let de = Vector::from_fn(|n, _| side(n) * on_de * sqrt(gains.kp[n]));
-            let Setpoint { q, dq, .. } = sample.desired;
-            Sample { q: q + e, dq: dq + de, e, de, ..*sample }
-        };
-        let ends = [1.0, -1.0].map(|end| samples.iter().map(move |it| away(it, end)));
-        let products = subject.products(&ends.into_iter().flatten().collect::<Vec<_>>())?;
+    let rate = frequency(subject, gains, &largest(on_path));
+    for rate in [None, Some(&rate)] {
+        let products = subject.products(&ends(samples, &[AWAY; N], rate, false))?;
         for (k, least) in least.iter_mut().enumerate() {
             for (n, least) in least.iter_mut().enumerate() {
                 *least = least.min(of_joint(&products, n)[(k, samples.len() + k)]);
@@ -110,6 +144,44 @@ fn shaken<const N: usize>(
         }
     }
     Ok(least)
+}
+
+/// The largest |ξ|² of each joint at every sample, and at errors of this size there: rules of the
+/// error may fire more than on the path.
+pub(super) fn strongest<const N: usize>(
+    subject: &dyn Subject<N>,
+    samples: &[Sample<N>],
+    (size, gains): (&[f64; N], &Gains<N>),
+    on_path: &[[f64; N]],
+) -> Result<Vec<[f64; N]>> {
+    let mut most = on_path.to_vec();
+    let rate = gains.kp.map(sqrt);
+    for rate in [None, Some(&rate)] {
+        for together in [true, false] {
+            let near = diagonals::<N>(&subject.products(&ends(samples, size, rate, together))?);
+            for (k, near) in near.iter().enumerate() {
+                for (most, near) in most[k % samples.len()].iter_mut().zip(near) {
+                    *most = most.max(*near);
+                }
+            }
+        }
+    }
+    Ok(most)
+}
+
+/// The largest of each joint.
+fn largest<const N: usize>(xi_squared: &[[f64; N]]) -> [f64; N] {
+    std::array::from_fn(|n| xi_squared.iter().map(|it| it[n]).fold(0.0, f64::max))
+}
+
+/// The frequency of the fastest joint's shaking, times [`AWAY`], as a signal |BᵀPx|, at least.
+pub(super) fn shaking_signal<const N: usize>(
+    subject: &dyn Subject<N>,
+    gains: &Gains<N>,
+    on_path: &[[f64; N]],
+) -> f64 {
+    let rate = frequency(subject, gains, &largest(on_path));
+    (0..N).map(|n| subject.p()[n].p22 * rate[n] * AWAY).fold(f64::INFINITY, f64::min)
 }
 
 /// Steps of a pivoted Cholesky factorisation: each takes the ξ that sticks out most of the span of

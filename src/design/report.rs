@@ -4,7 +4,7 @@
 use super::choices::Choices;
 use super::course::Course;
 use super::joint_design::{JointDesign, JointReport};
-use super::learning::Learning;
+use super::learning::{Learning, shaking_signal, strongest};
 use super::sampled_loop::{Integrators, SampledLoop};
 use super::spectrum::{Spectrum, signal};
 use super::{Finding, Subject};
@@ -17,6 +17,9 @@ use crate::math::Vector;
 const WARN: f64 = 1.0 / 3.0;
 /// … and above this one refused.
 const REFUSE: f64 = 0.75;
+
+/// Errors of computed torque alone count up to this \[rad\].
+const MOST_ERROR: f64 = 1.0;
 
 /// Poses over which the weakest stiffness is looked for without a path.
 const POSES: usize = 32;
@@ -163,7 +166,7 @@ impl<const N: usize> Design<'_, N> {
         let xi_squared = self.xi_squared(learning.as_ref())?;
         let mut joints = Vec::with_capacity(N);
         for n in 0..N {
-            let design = self.joint(n, xi_squared.map(|it| it[n]));
+            let design = self.joint(n, xi_squared.map(|it| it[n]), learning.as_ref());
             joints.push(design.report(&mut findings)?);
         }
         let Ok(mut joints) = <[JointReport; N]>::try_from(joints) else {
@@ -181,7 +184,8 @@ impl<const N: usize> Design<'_, N> {
             for (n, report) in joints.iter().enumerate() {
                 let judged = self.course.is_none() || n == weakest;
                 findings.extend(self.of_sampling(n, report).filter(|_| judged));
-                findings.extend(self.joint(n, xi_squared.map(|it| it[n])).inert(report)?);
+                let design = self.joint(n, xi_squared.map(|it| it[n]), learning.as_ref());
+                findings.extend(design.inert(report)?);
             }
         }
         let choices = self.arm.choices(self.gains, self.compensator, self.course);
@@ -206,7 +210,12 @@ impl<const N: usize> Design<'_, N> {
         Ok(Some(std::array::from_fn(|n| super::subject::of_joint(&products, n)[(0, 0)])))
     }
 
-    fn joint(&self, n: usize, xi_squared: Option<f64>) -> JointDesign<'_, N> {
+    fn joint(
+        &self,
+        n: usize,
+        xi_squared: Option<f64>,
+        learning: Option<&Learning<N>>,
+    ) -> JointDesign<'_, N> {
         let own = self.course.filter(|course| course.measured).map(|it| Spectrum::of(it, n));
         let harmonics = match (self.conditions.disturbance, own) {
             (Some(given), _) => given.to_vec(),
@@ -223,6 +232,7 @@ impl<const N: usize> Design<'_, N> {
             control_period: self.conditions.control_period,
             delay: self.conditions.delay_samples,
             mass: self.arm.mass[n],
+            learns: learning.and_then(|it| it.learns(n)),
         }
     }
 
@@ -235,35 +245,58 @@ impl<const N: usize> Design<'_, N> {
         weakest: usize,
     ) -> Result<Option<Finding>> {
         let Conditions { control_period, delay_samples, disturbance, .. } = *self.conditions;
-        let subject = self.compensator.zip(learning);
-        let of = |points: fn(&Learning<N>) -> &Vec<[f64; N]>, factor: f64| {
-            subject.map(|(subject, learning)| Integrators {
-                p: *subject.p(),
-                k_i: points(learning).iter().map(|it| k_i_of(subject, it, factor)).collect(),
-                leak_rate: subject.parameters().adaptation.leak_rate,
-            })
-        };
-        let integrators = of(|it| &it.xi_squared, 1.0);
-        let least = of(|it| &it.shaken, self.drive(course)?);
-        let whole = |it| SampledLoop::new(course, self.gains, it, delay_samples);
-        let (with, alone) = (whole(integrators.as_ref())?, whole(None)?);
+        let whole = |it: Option<&_>| SampledLoop::new(course, self.gains, it, delay_samples);
+        let alone = whole(None)?;
         let guess = joints[weakest].max_period.max(1e-6);
-        let radius = whole(least.as_ref())?.radius(control_period)?;
-        let max_period = with.max_period(guess)?;
-        let lost = max_period == 0.0 && joints[weakest].max_period > 0.0;
+        let alone_longest = alone.max_period(guess)?;
+        let errors = alone.rms(control_period.min(WARN * alone_longest), alone_longest);
+        let [on_path, strongest, shaken] = match self.compensator.zip(learning) {
+            Some((subject, learning)) => {
+                self.integrators(course, subject, learning, &errors)?.map(Some)
+            }
+            None => [const { None }; 3],
+        };
+        let radius = whole(shaken.as_ref())?.radius(control_period)?;
+        let max_period = whole(strongest.as_ref())?.max_period(guess)?;
+        let rms = [
+            alone.rms(control_period, alone_longest),
+            whole(on_path.as_ref())?.rms(control_period, max_period),
+        ];
         let measured = course.measured && disturbance.is_none();
-        let rms = measured.then(|| {
-            let of = |it: &SampledLoop, longest| it.rms(control_period, longest);
-            Ok::<_, Error>([of(&alone, alone.max_period(guess)?), of(&with, max_period)])
-        });
-        let rms = rms.transpose()?;
+        let lost = max_period == 0.0 && joints[weakest].max_period > 0.0;
         for (n, joint) in joints.iter_mut().enumerate() {
             (joint.sampled_radius, joint.max_period) = (radius, max_period);
-            if let Some([alone, with]) = &rms {
-                joint.rms = [alone[n], with[n]];
+            if measured {
+                joint.rms = [rms[0][n], rms[1][n]];
             }
         }
         Ok(lost.then_some(Finding::Overwhelmed { joint: weakest }))
+    }
+
+    /// The compensator on the path, where its rules fire most at the `errors` (RMS) that computed
+    /// torque alone has, and where the loop shakes.
+    fn integrators(
+        &self,
+        course: &Course<N>,
+        subject: &dyn Subject<N>,
+        learning: &Learning<N>,
+        errors: &[f64],
+    ) -> Result<[Integrators<N>; 3]> {
+        let adaptation = &subject.parameters().adaptation;
+        let of = |xi_squared: &[[f64; N]], factor: f64, pull: f64| {
+            let k_i = xi_squared.iter().map(|it| adaptation.integral_gains(it));
+            let k_i = k_i.map(|it| it.map(|k_i| factor * k_i)).collect();
+            Integrators { p: *subject.p(), k_i, leak_rate: adaptation.leak_rate + pull }
+        };
+        let on_path = &learning.xi_squared;
+        let known = if course.measured { crate::math::sqrt(2.0) } else { 0.0 };
+        let size = std::array::from_fn(|n| known * errors[n].min(MOST_ERROR));
+        let strongest = strongest(subject, &course.samples(), (&size, self.gains), on_path)?;
+        let least = adaptation.gain.iter().copied().fold(f64::INFINITY, f64::min);
+        let signal = shaking_signal(subject, self.gains, on_path);
+        let pull = least * adaptation.error_modification * signal;
+        let shaken = of(&learning.shaken, self.drive(course)?, pull);
+        Ok([of(on_path, 1.0, 0.0), of(&strongest, 1.0, 0.0), shaken])
     }
 
     /// What a dead zone leaves of the drive at the largest signal that there is to learn from.
@@ -319,15 +352,4 @@ fn slowest<const N: usize>(joints: &[JointReport; N]) -> usize {
         if joints[n].max_period < joints[best].max_period { n } else { best }
     };
     (0..N).reduce(shorter).unwrap_or(0)
-}
-
-/// k_I of each joint for |ξ|² at a point, with this factor of the drive.
-fn k_i_of<const N: usize>(
-    subject: &dyn Subject<N>,
-    xi_squared: &[f64; N],
-    factor: f64,
-) -> [f64; N] {
-    let Adaptation { gain, normalization, .. } = subject.parameters().adaptation;
-    let weakened = |n: usize| xi_squared[n] / (1.0 + normalization * xi_squared[n]);
-    std::array::from_fn(|n| factor * gain[n] * weakened(n))
 }

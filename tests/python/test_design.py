@@ -135,6 +135,11 @@ def test_a_path_may_be_any_reference() -> None:
         report = sa.design(chosen, path=path, **given)
         assert np.allclose(report.max_period, wanted.max_period, rtol=1e-2)
         assert np.allclose(report.k_i, wanted.k_i, rtol=1e-3)
+    for positions in (q, q.tolist()):
+        report = sa.design(chosen, path=positions, duration=2 * np.pi)
+        assert np.allclose(report.max_period, wanted.max_period, rtol=1e-2)
+    with pytest.raises(ValueError, match="duration: got None"):
+        sa.design(chosen, path=q)
     quintic = sa.Quintic([0.0, 0.0], [1.0, 0.5], 2.0)
     assert sa.design(chosen, path=quintic).known
 
@@ -229,3 +234,24 @@ def test_command_prints_the_report_and_its_exit_code_is_the_verdict(capsys) -> N
 def test_command_refuses_a_disturbance_it_does_not_understand(capsys) -> None:
     assert main(["design", "--disturbance", "2"]) == 2
     assert "wants amplitude@frequency" in capsys.readouterr().err
+
+
+def test_a_compensator_that_learns_slowly_is_told_from_an_inert_one() -> None:
+    """It is inert as an integrator, and has learnt in about the time that the report says."""
+    scene = sa.paper.simulation(
+        3, "claimed", form="concat", inputs="trajectory", gain=0.1, centers=[-2.0, -1.0, 0.0, 1.0, 2.0]
+    )  # fmt: skip
+    report = sa.design(scene.tracker, path=scene.reference, plant=scene.plant)
+    slow = [f for f in report.findings if "learns slowly" in f]
+    assert len(slow) == 2 and "inert" not in " ".join(report.findings)
+    time = float(slow[0].split("takes it some ")[1].split(" s")[0])
+    run = scene.run(duration=round(3 * time), dt=4e-3, record_every=25)
+    at_first = run.metrics((7.0, 14.0)).rms_e
+    early = run.metrics((0.2 * time, 0.2 * time + 7.0)).rms_e
+    later = run.metrics((3 * time - 7.0, 3 * time)).rms_e
+    # One time is about an e-folding: exp(-0.2) = 0.82, exp(-3) = 0.05.
+    assert (early > 0.6 * at_first).all() and (later < 0.35 * at_first).all(), (at_first, later)
+    # The same gain on rules of the error is inert for good.
+    scene = sa.paper.simulation(3, "claimed", form="concat", gain=0.1)
+    findings = sa.design(scene.tracker, path=scene.reference, plant=scene.plant).findings
+    assert any("inert" in f for f in findings) and "learns" not in " ".join(findings)
