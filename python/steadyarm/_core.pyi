@@ -1,4 +1,4 @@
-"""The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+"""The compiled core; `steadyarm` has all but the functions that its own are made of.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
 real type, order and stride. They are copied, and what comes back is always a new float64 array.
@@ -40,6 +40,7 @@ __all__ = [
     "bounded_real_riccati",
     "care",
     "channels",
+    "choices",
     "design",
     "desired_motion",
     "metrics",
@@ -1155,12 +1156,28 @@ def desired_motion(
 
 def design(
     tracker: ComputedTorque,
-    period: float,
+    control_period: float,
     delay: int,
-    disturbance: ArrayLike,
+    disturbance: ArrayLike | None,
     inertia_ratio: float,
+    path: Sines | Quintic | Table | _ReferenceCallable | None,
+    plant: Plant | None,
+    duration: float | None,
 ) -> dict[str, Any]:
     """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
+
+def choices(
+    tracker: ComputedTorque,
+    plant: Plant,
+    path: Sines | Quintic | Table | None,
+    duration: float,
+    q0: ArrayLike | None,
+) -> list[str]:
+    """Tell the choices of a simulation that do nothing, or ruin it, in words.
+
+    ``path`` is the reference, or what was recorded of it; None if it is not known. No callable of
+    the plant is called.
+    """
 
 def metrics(
     t: ArrayLike, e: ArrayLike, tau: ArrayLike | None, window: tuple[float, float], band: float

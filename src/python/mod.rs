@@ -45,7 +45,7 @@ const _: () = {
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
-/// The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+/// The compiled core; `steadyarm` has all but the functions that its own are made of.
 ///
 /// Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
 /// real type, order and stride. They are copied, and what comes back is always a new float64 array.
@@ -66,7 +66,7 @@ mod core_module {
     #[pymodule_export]
     use super::basis::PyFuzzyBasis;
     #[pymodule_export]
-    use super::design::design;
+    use super::design::{choices, design};
     #[pymodule_export]
     use super::errors::NoStabilizingSolution;
     #[pymodule_export]
