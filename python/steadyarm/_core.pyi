@@ -22,12 +22,12 @@ __all__ = [
     "MAX_RECORD_BYTES",
     "Arm",
     "ComputedTorque",
+    "Curve",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
     "Guard",
-    "Motion",
     "NoStabilizingSolution",
     "Plant",
     "Quintic",
@@ -963,7 +963,7 @@ class Plant(Settings):
         """
 
 @disjoint_base
-class Motion(Settings):
+class Curve(Settings):
     """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 
     Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
@@ -972,7 +972,7 @@ class Motion(Settings):
     def __call__(self, t: float) -> _Triple: ...
 
 @final
-class Sines(Motion):
+class Sines(Curve):
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
     A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
@@ -994,7 +994,7 @@ class Sines(Motion):
     ) -> Sines: ...
 
 @final
-class Quintic(Motion):
+class Quintic(Curve):
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
@@ -1010,7 +1010,7 @@ class Quintic(Motion):
     ) -> Quintic: ...
 
 @final
-class Table(Motion):
+class Table(Curve):
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
 
     Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
