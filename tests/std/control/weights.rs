@@ -31,7 +31,7 @@ fn sample(controller: &Adaptive, state: &mut AdaptiveState, e: f64, de: f64) -> 
 fn taught(controller: &Adaptive) -> AdaptiveState {
     let mut state = fresh(controller);
     (0..50).for_each(|k| _ = sample(controller, &mut state, 0.3 - 0.01 * f64::from(k), 0.5));
-    assert!(ended(&controller, &state).weights_norm() > 1e-3);
+    assert!(ended(controller, &state).weights_norm() > 1e-3);
     state
 }
 
