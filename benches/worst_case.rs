@@ -1,7 +1,7 @@
 //! The worst step of a controller: samples and histories that breed subnormal numbers, beside usual
-//! ones, as a line of JSON of ns a step.
+//! ones, as a line of JSON each.
 //!
-//! Every step is timed in batches; the minimum over repeats of a batch is what the arithmetic takes,
+//! Steps are timed in batches. The minimum over repeats of a batch is what the arithmetic takes,
 //! without interrupts. `benches/worst_case.py` keeps the figures.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
