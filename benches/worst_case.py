@@ -1,4 +1,4 @@
-"""Keep the worst step of each controller beside its usual one, in ``benches/results``, by processor.
+"""Keep the worst step of each controller beside its usual one: ``benches/results/<processor>.csv``.
 
 Usage: python benches/worst_case.py (runs ``cargo bench --bench worst_case``: 1400 kinds of samples
 and histories). Ends with 1 where the worst takes more than 1.5 times the usual.

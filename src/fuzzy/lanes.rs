@@ -143,14 +143,9 @@ pub(crate) fn accumulate<S: Simd>(
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
         let weights = S::as_mut_simd_f64s(&mut *weights).0;
-        if keep < FADES_FAST {
-            for w in weights {
-                *w = lanes_unless_tiny(simd, simd.mul_f64s(factor, *w), TINY_WEIGHT);
-            }
-        } else {
-            for w in weights {
-                *w = simd.mul_f64s(factor, *w);
-            }
+        let least = if keep < FADES_FAST { TINY_WEIGHT } else { 0.0 };
+        for w in weights {
+            *w = lanes_unless_tiny(simd, simd.mul_f64s(factor, *w), least);
         }
     }
     let mut squares = None;
