@@ -1,4 +1,4 @@
-"""The verdicts of `design` against runs of random designs; ``benches/verdicts.py`` has a thousand."""
+"""The verdicts of `design` against runs of random designs: a thousand in ``benches/verdicts.py``."""
 
 from __future__ import annotations
 
