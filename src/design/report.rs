@@ -256,12 +256,12 @@ impl<const N: usize> Design<'_, N> {
             }
             None => [const { None }; 3],
         };
-        let radius = whole(shaken.as_ref())?.radius(control_period)?;
+        // Some loops need their compensator to be stable: the smaller radius is the certain one.
+        let with = whole(on_path.as_ref())?;
+        let shaking = whole(shaken.as_ref())?.radius(control_period)?;
+        let radius = with.radius(control_period)?.min(shaking);
         let max_period = whole(strongest.as_ref())?.max_period(guess)?;
-        let rms = [
-            alone.rms(control_period, alone_longest),
-            whole(on_path.as_ref())?.rms(control_period, max_period),
-        ];
+        let rms = [alone.rms(control_period, alone_longest), with.rms(control_period, max_period)];
         let measured = course.measured && disturbance.is_none();
         let lost = max_period == 0.0 && joints[weakest].max_period > 0.0;
         for (n, joint) in joints.iter_mut().enumerate() {

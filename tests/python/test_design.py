@@ -239,7 +239,7 @@ def test_command_refuses_a_disturbance_it_does_not_understand(capsys) -> None:
 def test_a_compensator_that_learns_slowly_is_told_from_an_inert_one() -> None:
     """It is inert as an integrator, and has learnt in about the time that the report says."""
     scene = sa.paper.simulation(
-        3, "claimed", form="concat", inputs="trajectory", gain=0.1, centers=[-2, -1, 0, 1, 2]
+        3, "claimed", form="concat", inputs="trajectory", gain=0.1, centers=np.arange(-2.0, 3.0)
     )
     report = sa.design(scene.tracker, path=scene.reference, plant=scene.plant)
     slow = [f for f in report.findings if "learns slowly" in f]

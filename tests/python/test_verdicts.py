@@ -1,4 +1,4 @@
-"""The verdicts of `design` against runs of random designs; a thousand: ``benches/verdicts.py``."""
+"""The verdicts of `design` against runs of random designs; ``benches/verdicts.py`` has 1000."""
 
 from __future__ import annotations
 
