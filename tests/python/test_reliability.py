@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -31,91 +32,15 @@ import test_refusals as refusals
 import test_run_file as run_file
 import test_same_bits as same_bits
 import test_saving as saving
-from scenes import CENTERS, WIDTH, ZERO, actual, drive, nominal, plant, run, samples, tracker
+from rigs import H, Rig, calm, guarded, stiff, weights
+from scenes import CENTERS, WIDTH, ZERO, drive, nominal, run, samples, tracker
 
-H = 1e-3
 NAN, INF = float("nan"), float("inf")
-EFFORT, RATE = np.array([200.0, 100.0]), np.array([10_000.0, 6000.0])
 NAMES = ("q", "dq", "q_d", "dq_d", "ddq_d")
 
 
-def stiff(**limits: Any) -> sa.ComputedTorque:
-    """A loop that settles within a second, of an arm under gravity, with 5 rules."""
-    basis = sa.FuzzyBasis("shared", CENTERS, WIDTH, False)
-    compensator = sa.FuzzyCompensator(basis, q=10, gain=70.0)
-    return sa.ComputedTorque(nominal(gravity=9.81), 100, 20, compensator, **limits)
-
-
-def guarded(**limits: Any) -> sa.Guard:
-    limits = {"velocity_limit": 6.0, "effort_limit": EFFORT, "effort_rate_limit": RATE} | limits
-    return sa.Guard(stiff(), H, slack=1e-3, deceleration=10.0, **limits)
-
-
-def controller_of(controller: sa.ComputedTorque | sa.Guard) -> sa.ComputedTorque:
-    return controller.tracker if isinstance(controller, sa.Guard) else controller
-
-
-class Rig:
-    """A guard or a tracker with its plant, whose samples may be changed on the way."""
-
-    def __init__(self, controller: Any, limit: float | None = None) -> None:
-        self.controller, self.k, self.limit = controller, 0, limit
-        arm = actual().with_gravity(controller_of(controller).arm.parameters[3])
-        self.plant, self.reference = sa.Plant(arm, sa.paper.disturbance()), sa.paper.reference()
-        self.applied: np.ndarray | None = None
-        self.q, self.dq, _ = self.reference(0.0)
-        self.tau, self.torques, self.errors = ZERO, [], []
-
-    def sample(self) -> list[np.ndarray]:
-        return [self.q.copy(), self.dq.copy(), *self.reference(self.k * H)]
-
-    def period(self, call: Callable[[list[np.ndarray]], np.ndarray] | None = None) -> np.ndarray:
-        """One period; ``call`` gives the torque for a sample, by default the controller does."""
-        sample = self.sample()
-        self.errors.append(float(np.abs(self.q - sample[2]).max()))
-        tau = self.usual(sample) if call is None else call(sample)
-        self.move(tau)
-        return tau
-
-    def usual(self, sample: list[np.ndarray]) -> np.ndarray:
-        if isinstance(self.controller, sa.Guard):
-            return self.controller.step(*sample, applied=self.applied)
-        return self.controller.step(*sample, H, applied=self.applied)
-
-    def move(self, tau: np.ndarray) -> None:
-        assert np.isfinite(tau).all()
-        if isinstance(self.controller, sa.Guard) and self.torques:
-            assert (abs(tau) <= EFFORT).all()
-            assert (abs(tau - self.tau) <= RATE * H * (1 + 1e-12)).all()
-        self.torques.append(tau)
-        self.tau = tau
-        self.applied = None if self.limit is None else np.clip(tau, -self.limit, self.limit)
-        acting = tau if self.applied is None else self.applied
-        self.q, self.dq = self.plant.step(self.q, self.dq, acting, self.k * H, H)
-        self.k += 1
-
-    def periods(self, count: int) -> Rig:
-        for _ in range(count):
-            self.period()
-        return self
-
-    def rms(self, since: int = 0) -> float:
-        return float(np.sqrt(np.mean(np.square(self.errors[since:]))))
-
-
-def calm(count: int) -> Rig:
-    """A guarded loop to which nothing happens."""
-    return Rig(guarded()).periods(count)
-
-
-def weights(guard: sa.Guard) -> bytes:
-    found = guard.tracker.weights
-    assert found is not None and np.isfinite(found).all()
-    return found.tobytes()
-
-
 def fastest(calls: list[Callable[[], Any]], repeats: int) -> np.ndarray:
-    """The shortest of some repeats of each call [ns]: what others do on the machine is not in it."""
+    """The shortest of some repeats of each call [ns]: without what others do meanwhile."""
     least = np.full(len(calls), np.inf)
     for _ in range(repeats):
         for k, call in enumerate(calls):
@@ -140,11 +65,11 @@ def test_row_01_nan_or_inf_anywhere() -> None:
         for value in bad:
             sample = rig.sample()
             sample[name][place] = value
-            tau = rig.period(lambda _, broken=sample: guard.step(*broken))
+            tau = rig.period(lambda c, _, broken=sample: c.step(*broken))
             assert guard.latest == ["not_finite"] and tau.tobytes() == sent.tobytes()
             controller = guard.tracker
             state = controller.__getstate__()
-            refused(lambda broken=sample: controller.step(*broken, H), rf"^{NAMES[name]}\[")
+            refused(lambda c=controller, s=sample: c.step(*s, H), rf"^{NAMES[name]}\[")
             assert controller.__getstate__() == state
         assert weights(guard) == before and guard.stopped is None
         rig.periods(5)
@@ -158,7 +83,7 @@ def test_row_02_spike() -> None:
     for size in (1.0, -1.0, 0.02):
         before, sent = weights(guard), rig.tau
         spike = np.array([size, 0.0])
-        tau = rig.period(lambda s, d=spike: guard.step(s[0] + d, *s[1:]))
+        tau = rig.period(lambda c, s, d=spike: c.step(s[0] + d, *s[1:]))
         assert guard.latest == ["jump"] and weights(guard) == before
         assert tau.tobytes() == sent.tobytes()
         rig.periods(200)
@@ -185,7 +110,7 @@ def test_row_03_dropped_samples() -> None:
         for _ in range(10):
             rig.periods(100)
             for _ in range(burst):
-                rig.period(lambda _: rig.controller.missed())
+                rig.period(lambda c, _: c.missed())
         assert rig.rms() < 1.1 * calm(rig.k).rms()
 
 
@@ -197,7 +122,7 @@ def test_row_04_jitter() -> None:
         rig = Rig(stiff())
         for _ in range(1500):
             dt = H * (1 + jitter * random.uniform(-1, 1))
-            rig.period(lambda s, dt=dt: rig.controller.step(*s, dt))
+            rig.period(lambda c, s, dt=dt: c.step(*s, dt))
         errors.append(rig.rms(500))
     assert errors[1] == pytest.approx(errors[0], rel=0.01)
     guard = guarded()
@@ -210,14 +135,14 @@ def test_row_04_jitter() -> None:
 
 @pytest.mark.parametrize("bits", [12, 16, 20])
 def test_row_05_quantised_encoder(bits: int) -> None:
-    """An encoder of 12 to 20 bits leaves the loop tracking and, with a leak, the weights bounded."""
+    """An encoder of 12 to 20 bits leaves the loop tracking, and weights that leak bounded."""
     step = 2 * np.pi / 2**bits
     controller = tracker("shared", False, gain=70.0, leak_rate=0.1)
     rig, exact = Rig(controller), Rig(tracker("shared", False, gain=70.0, leak_rate=0.1))
     norms = []
     for _ in range(4):
         for _ in range(1000):
-            rig.period(lambda s: controller.step(np.round(s[0] / step) * step, *s[1:], H))
+            rig.period(lambda c, s: c.step(np.round(s[0] / step) * step, *s[1:], H))
         norms.append(np.linalg.norm(controller.weights))
     exact.periods(4000)
     assert rig.rms(1000) < exact.rms(1000) + 2 * step
@@ -228,7 +153,7 @@ def test_row_05_quantised_encoder(bits: int) -> None:
     reason="no filter or observer of velocity comes with the controller", strict=True
 )
 def test_row_06_differenced_velocity() -> None:
-    """A velocity differenced from a 16 bit encoder makes the torque vary 5 times as much at most."""
+    """A velocity differenced from 16 bits makes the torque vary 5 times as much at most."""
     step, variations = 2 * np.pi / 2**16, []
     for differenced in (False, True):
         rig, last = Rig(stiff()), None
@@ -236,7 +161,7 @@ def test_row_06_differenced_velocity() -> None:
             seen = np.round(rig.q / step) * step
             dq = rig.dq if not differenced or last is None else (seen - last) / H
             last = seen
-            rig.period(lambda s, q=seen, dq=dq: rig.controller.step(q, dq, *s[2:], H))
+            rig.period(lambda c, s, q=seen, dq=dq: c.step(q, dq, *s[2:], H))
         variations.append(np.abs(np.diff(rig.torques[100:], axis=0)).sum())
     assert variations[1] < 5 * variations[0]
 
@@ -322,7 +247,7 @@ def test_row_10_inertia() -> None:
 
 def test_row_11_singular_mass_matrix() -> None:
     """A mass matrix that is not positive definite is refused when the arm is built."""
-    with pytest.raises(ValueError, match="mass|inertia"):
+    with pytest.raises(ValueError, match=r"mass|inertia"):
         sa.Serial.from_dh([0.5, 0.5], 0, 0, mass=[1.0, 0.0], inertia=0.0, com=0.0)
     arm = sa.Serial.from_dh([0.5, 0.5], 0, 0, mass=1.0, inertia=1e-9)
     for q in np.random.default_rng(11).uniform(-3, 3, (50, 2)):
@@ -415,7 +340,7 @@ def test_row_20_killed_worker_in_a_sweep() -> None:
 
 
 def test_row_21_checkpoint(tmp_path: Path) -> None:
-    """A saved tracker goes on to the bit, a reset one is new, another's or a damaged file refused."""
+    """Saved goes on to the bit, reset is new, the file of another or a damaged one is refused."""
     controller, path = stiff(), tmp_path / "state"
     new = controller.__getstate__()
     drive(controller, samples(200))
@@ -445,7 +370,9 @@ def test_row_22_soak() -> None:
     for k in range(20_000):
         kind, place = random.integers(300), random.integers(2)
 
-        def call(s: list[np.ndarray], kind: int = kind, place: int = place) -> np.ndarray:
+        def call(
+            guard: sa.Guard, s: list[np.ndarray], kind: int = kind, place: int = place
+        ) -> np.ndarray:
             if kind == 0:
                 return guard.missed()
             if kind in (1, 2):
@@ -621,7 +548,7 @@ def test_row_30_malicious_urdf() -> None:
         "<robot/>",
     ):
         start = time.perf_counter()
-        with pytest.raises(ValueError, match=".") as caught:
+        with pytest.raises(ValueError, match=r".") as caught:
             sa.Serial.from_urdf(text)
         assert time.perf_counter() - start < 5.0 and len(str(caught.value)) < 1000
 
@@ -676,10 +603,10 @@ def test_row_33_nan_duplicate_unknown(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("elapsed", [-3.0, 0.0, NAN, 0.9, 5.0])
 def test_row_34_clock_jumps(elapsed: float) -> None:
-    """A clock that jumps is told, at most stops the guard, and the loop recovers within a second."""
+    """A clock that jumps is counted and at most stops the guard; the loop recovers in a second."""
     guard = guarded()
     rig = Rig(guard).periods(500)
-    rig.period(lambda s: guard.step(*s, elapsed))
+    rig.period(lambda c, s: c.step(*s, elapsed))
     assert guard.events["clock" if elapsed != 0.9 else "late"] == 1
     assert (guard.stopped is not None) == (elapsed in (0.9, 5.0))
     if guard.stopped is not None:
@@ -692,15 +619,15 @@ def test_row_34_clock_jumps(elapsed: float) -> None:
 
 def test_row_35_reference_jump() -> None:
     """A jump of the reference keeps the torque in its limits, and is followed within a second."""
+    jump = np.array([0.5, -0.5])
     for envelope, stops in ((None, False), (0.4, True)):
         guard = guarded(envelope=envelope)
         rig = Rig(guard).periods(500)
-        jump = [ZERO, ZERO, np.array([0.5, -0.5]), ZERO, ZERO]
         for _ in range(1000):
-            rig.period(lambda s: guard.step(*(x + d for x, d in zip(s, jump, strict=True))))
+            rig.period(lambda c, s: c.step(s[0], s[1], s[2] + jump, *s[3:]))
         assert (guard.stopped == "envelope of joint 1") == stops
         if not stops:
-            assert abs(rig.q - rig.reference(rig.k * H)[0] - jump[2]).max() < 0.25
+            assert abs(rig.q - rig.reference(rig.k * H)[0] - jump).max() < 0.25
 
 
 def test_row_36_power() -> None:
@@ -727,7 +654,7 @@ def test_row_38_order_of_the_integrator() -> None:
     """Halving the step divides the error of RK4 by 16."""
     ends = [run(tracker("concat"), duration=1.0, dt=dt).q[-1] for dt in (0.04, 0.02, 0.01, 0.0025)]
     errors = [np.linalg.norm(end - ends[-1]) for end in ends[:-1]]
-    assert all(3.7 < np.log2(a / b) < 4.4 for a, b in zip(errors, errors[1:], strict=False))
+    assert all(3.7 < np.log2(a / b) < 4.4 for a, b in pairwise(errors))
 
 
 def test_row_39_cross_checks() -> None:
