@@ -4,9 +4,10 @@
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
+# make reliability the table of docs/reliability.md, from a run of its tests
 # make house       sizes and tangles of the code, counted
-# make check-all   all of that which can fail: test, reproduce, robot, docs and what the benches compare, but no
-#                  verdict on speed; what it prints is in check-all.log too
+# make check-all   all of that which can fail: test, reproduce, robot, docs, the bits of AArch64 where they can be run,
+#                  and what the benches compare, but no verdict on speed; what it prints is in check-all.log too
 #
 # Needs Rust >= 1.89, Python >= 3.11 and make; all else comes from the package registries.
 
@@ -19,7 +20,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot test test-rust test-python lint no-std bits bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot test test-rust test-python lint no-std bits bits-aarch64 reliability bench bench-dynamics docs house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -49,6 +50,12 @@ no-std:
 
 bits:
 	sh tests/bits/run.sh
+
+bits-aarch64:
+	sh tests/bits/aarch64.sh
+
+reliability: $(VENV)/wheel $(VENV)/tools
+	$(BIN)/python tests/reliability.py
 
 test-python: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python -m mypy
@@ -80,7 +87,7 @@ same-work: $(VENV)/wheel $(VENV)/peers
 # The mark tells whether all went well: tee hides the exit code.
 check-all:
 	@rm -f target/check-all.passed && mkdir -p target
-	@{ date; $(MAKE) test reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
+	@{ date; $(MAKE) test bits-aarch64 reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
 	@rm target/check-all.passed && echo "All passed; check-all.log has it."
 
 # The environment, and the wheel as `pip install .` builds it.

@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
+import test_reliability
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -71,6 +72,26 @@ def test_every_file_that_is_named_exists(page: Path) -> None:
 def test_every_page_is_in_the_contents() -> None:
     contents = (ROOT / "docs/index.md").read_text(encoding="utf-8").splitlines()
     assert not [page.name for page in PAGES if page.stem != "index" and page.stem not in contents]
+
+
+def test_the_table_of_reliability_is_that_of_its_tests() -> None:
+    """Each row with its promise; "pass" where no mark says that the test is not expected to."""
+    rows = re.findall(
+        r"^\| (\d+) \| (.+) \| (.+) \| (.+) \|$",
+        (ROOT / "docs/reliability.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    tests = [(name, it) for name, it in sorted(vars(test_reliability).items()) if "_row_" in name]
+    assert [int(number) for number, *_ in rows] == list(range(1, 42))
+    for (number, row, promise, result), (name, test) in zip(rows, tests, strict=True):
+        assert name == f"test_row_{int(number):02}_{row.replace(' ', '_')}"
+        assert promise == test.__doc__.splitlines()[0]
+        marks = {mark.name for mark in getattr(test, "pytestmark", [])}
+        if result != "pass":
+            assert marks & {"xfail", "skip", "skipif"}, result
+            assert result.startswith(("falls short: ", "not had here: "))
+        else:
+            assert not marks & {"xfail", "skip"}
 
 
 def steps() -> list[tuple[str, str]]:

@@ -17,6 +17,8 @@ mod common;
 mod counting;
 #[path = "../common/random.rs"]
 mod random;
+#[path = "../common/soak.rs"]
+mod soak;
 
 mod control;
 mod design;

@@ -8,5 +8,6 @@ mod histories;
 mod hold;
 mod rival;
 mod saving;
+mod soak;
 mod step;
 mod weights;
