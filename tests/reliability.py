@@ -39,7 +39,9 @@ def results() -> dict[str, set[str]]:
 def promises() -> dict[str, str]:
     """Name of each test to the first line of its docstring."""
     source = (TESTS / "test_reliability.py").read_text(encoding="utf-8")
-    return dict(re.findall(r'^def (test_row_\w+)\(.*?\n    """(.+?)(?:"""|\n)', source, re.M | re.S))
+    return dict(
+        re.findall(r'^def (test_row_\w+)\(.*?\n    """(.+?)(?:"""|\n)', source, re.M | re.S)
+    )
 
 
 def row(name: str, promise: str, result: str) -> str:
