@@ -296,9 +296,9 @@ def test_row_15_sampling_too_slow() -> None:
     """`design` refuses what is close to the longest period at which the loop is stable."""
     scene = sa.paper.simulation(3, form="concat", gain=70.0)
     longest = sa.design(scene.tracker).max_period.min()
-    assert sa.design(scene.tracker, period=0.2 * longest).sound
-    assert not sa.design(scene.tracker, period=0.8 * longest).sound
-    assert not sa.design(scene.tracker, period=1.01 * longest).sound
+    assert sa.design(scene.tracker, 0.2 * longest).sound
+    assert not sa.design(scene.tracker, 0.8 * longest).sound
+    assert not sa.design(scene.tracker, 1.01 * longest).sound
 
 
 def test_row_16_huge_or_tiny_dt() -> None:
