@@ -71,4 +71,5 @@ pub use error::{Error, Problem, Result};
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 #[doc = include_str!("../docs/start.md")]
+#[doc = include_str!("../docs/real_loop.md")]
 struct Manual;

@@ -17,4 +17,5 @@ done
 echo "golden bits, built for $triple, in qemu-aarch64"
 CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_LINKER=aarch64-linux-gnu-gcc \
 CARGO_TARGET_AARCH64_UNKNOWN_LINUX_GNU_RUNNER="qemu-aarch64 -L /usr/aarch64-linux-gnu" \
-    "${CARGO:-cargo}" test --quiet --locked --release --target "$triple" --target-dir "$target/$triple"
+    "${CARGO:-cargo}" test --quiet --locked --release --target "$triple" \
+    --target-dir "$target/$triple"

@@ -20,5 +20,5 @@ fn ten_million_steps_with_faults_leave_finite_torques_within_their_limits() {
         assert!(soak.count(event) > 100, "{soak}");
     }
     assert!(soak.stops > 100, "{soak}");
-    assert!(soak.worst_calm_error < 0.1, "{soak}");
+    assert!(soak.worst_calm_error < 0.15, "{soak}");
 }
