@@ -1,96 +1,17 @@
 //! `Guard`: what stands between a controller and the robot.
 
-use core::any::Any as Type;
-
 use pyo3::PyTraverseError;
-use pyo3::exceptions::PyTypeError;
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::any_arm::AnyArm;
-use super::compensator::{AnyCompensator, Memory};
-use super::convert::{
-    Any, Array1, Given, Numbers, array1, count, joints, numbers, object, scalar, scalar_or, vector,
-    wrong_shape,
-};
-use super::dispatch::{by_joints, each, for_joints};
+use super::convert::{Any, Array1, Given, array1, count, object, scalar, scalar_or, vector};
+use super::dispatch::{each, for_joints};
 use super::errors::value_error;
-use super::tracked::{Tracker, Trackers};
+use super::guarding::{Arguments, Guards, Own, guard};
 use super::tracker::PyComputedTorque;
-use crate::arm::{Arm, Serial};
-use crate::control::{
-    Brake, Cause, ComputedTorque, Event, Events, GuardMemory, GuardParameters, Guarded, Seen, Turn,
-};
-use crate::error::Error;
-use crate::math::Vector;
+use crate::control::{Cause, Event, GuardMemory, Seen};
 use crate::reference::Setpoint;
-
-/// Stiffness of the brake in periods, and at most \[1/s\]: ω = min(0.1 / period, 20).
-const BRAKE_RATE: f64 = 0.1;
-const FASTEST_BRAKE: f64 = 20.0;
-
-/// A guard of `N` joints.
-#[derive(Clone)]
-pub(super) struct Own<const N: usize> {
-    pub parameters: GuardParameters<N>,
-    pub memory: GuardMemory<N>,
-    /// The torque at take-over that it was made with.
-    last_tau: Option<Vector<N>>,
-    latest: Events,
-}
-
-by_joints! {
-    /// A guard of any joint count.
-    Guards of Own
-}
-
-/// Arguments of the class that depend on the joint count.
-struct Arguments<'a, 'py> {
-    period: f64,
-    position_limits: Given<'a, 'py>,
-    velocity_limit: Given<'a, 'py>,
-    effort_limit: Given<'a, 'py>,
-    effort_rate_limit: Given<'a, 'py>,
-    power_limit: Given<'a, 'py>,
-    envelope: Given<'a, 'py>,
-    slack: Given<'a, 'py>,
-    hold: u32,
-    decay: u32,
-    stiffness: Given<'a, 'py>,
-    damping: Given<'a, 'py>,
-    deceleration: Given<'a, 'py>,
-    last_tau: Given<'a, 'py>,
-}
-
-type Guarding<'a, const N: usize> =
-    Turn<'a, N, ComputedTorque<N, AnyArm<N>>, AnyCompensator<N>, Memory<N>>;
-
-impl<const N: usize> Own<N> {
-    fn turn<'a>(&'a mut self, tracker: &'a mut Tracker<N>) -> Guarding<'a, N> {
-        let Tracker { controller, state, .. } = tracker;
-        Turn { guard: &self.parameters, memory: &mut self.memory, controller, state }
-    }
-
-    /// The tracker of as many joints.
-    fn of<'a>(&self, trackers: &'a mut Trackers) -> PyResult<&'a mut Tracker<N>> {
-        let inner = each!(trackers, Trackers, it => (&mut **it as &mut dyn Type).downcast_mut());
-        inner.ok_or_else(other_tracker)
-    }
-
-    /// Of a run, on top of a tracker.
-    pub fn of_run(guards: &mut Guards) -> Option<(&GuardParameters<N>, &mut GuardMemory<N>)> {
-        let own: Option<&mut Self> =
-            each!(guards, Guards, own => (&mut **own as &mut dyn Type).downcast_mut());
-        own.map(|own| (&own.parameters, &mut own.memory))
-    }
-
-    /// What is sent, with what it was.
-    fn sent(&mut self, tracker: &mut Tracker<N>, guarded: Guarded<N>) -> Vector<N> {
-        (self.latest, tracker.latest) = (guarded.events, guarded.command.or(tracker.latest));
-        guarded.tau
-    }
-}
 
 /// A guard around a tracker: an answer to every sample, good, bad or missing.
 ///
@@ -330,86 +251,9 @@ impl PyGuard {
     }
 }
 
-fn other_tracker() -> PyErr {
-    PyTypeError::new_err("tracker: it has other joints than its guard")
-}
-
 fn words(Cause { event, joint }: Cause) -> String {
     match joint {
         Some(joint) => format!("{} of joint {}", event.name(), joint + 1),
         None => event.name().into(),
     }
-}
-
-/// A guard before its first step.
-fn guard<const N: usize>(trackers: &Trackers, arguments: &Arguments<'_, '_>) -> PyResult<Guards>
-where
-    Guards: From<Own<N>>,
-{
-    let tracker =
-        each!(trackers, Trackers, it => (&**it as &dyn Type).downcast_ref::<Tracker<N>>());
-    let tracker = tracker
-        .ok_or_else(|| PyTypeError::new_err("tracker: it has other joints than its guard"))?;
-    let arm = &tracker.controller.law.arm;
-    let none = [f64::INFINITY; N];
-    let own = |limit: fn(&Serial<N>) -> [f64; N]| arm.chain().map_or(none, limit);
-    let limit = |value: Given<'_, '_>, name, otherwise| {
-        value.map_or(Ok(otherwise), |value| joints::<N>(value, name))
-    };
-    let defaults = GuardParameters::new(arguments.period, brake(arm, arguments)?);
-    let position_limits = match arguments.position_limits {
-        Some(value) => pairs(value, "position_limits")?,
-        None => arm.chain().map_or(defaults.position_limits, Serial::position_limits),
-    };
-    let parameters = GuardParameters {
-        position_limits,
-        velocity_limit: limit(
-            arguments.velocity_limit,
-            "velocity_limit",
-            own(Serial::velocity_limit),
-        )?,
-        effort_limit: limit(arguments.effort_limit, "effort_limit", own(Serial::effort_limit))?,
-        effort_rate_limit: limit(arguments.effort_rate_limit, "effort_rate_limit", none)?,
-        power_limit: limit(arguments.power_limit, "power_limit", none)?,
-        envelope: limit(arguments.envelope, "envelope", none)?,
-        slack: limit(arguments.slack, "slack", [0.0; N])?,
-        hold: arguments.hold,
-        decay: arguments.decay,
-        ..defaults
-    };
-    let short = |error: Error| {
-        let name = error.parameter();
-        value_error(error.named(name.strip_prefix("brake.").unwrap_or(name)))
-    };
-    parameters.validate().map_err(short)?;
-    let last_tau = arguments.last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from));
-    let last_tau = last_tau.transpose()?;
-    let mut memory = GuardMemory::default();
-    last_tau.map_or(Ok(()), |tau| memory.take_over(&tau)).map_err(value_error)?;
-    Ok(Own { parameters, memory, last_tau, latest: Events::default() }.into())
-}
-
-/// (n, 2), infinite for no limit.
-fn pairs<const N: usize>(value: Any<'_, '_>, name: &str) -> PyResult<[[f64; 2]; N]> {
-    let Numbers { shape, values } = numbers(value, name)?;
-    if shape != [N, 2] {
-        return Err(wrong_shape(name, &shape, &format!("({N}, 2)")));
-    }
-    Ok(core::array::from_fn(|n| [values[2 * n], values[2 * n + 1]]))
-}
-
-fn brake<const N: usize>(arm: &AnyArm<N>, arguments: &Arguments<'_, '_>) -> PyResult<Brake<N>> {
-    let mass = arm.mass_matrix(&Vector::zeros());
-    let rate = FASTEST_BRAKE.min(BRAKE_RATE / arguments.period);
-    let or = |value: Given<'_, '_>, name, otherwise: f64, power: i32| match value {
-        Some(value) => joints::<N>(value, name),
-        None => Ok(core::array::from_fn(|n| otherwise * mass[(n, n)] * rate.powi(power))),
-    };
-    let deceleration =
-        arguments.deceleration.map_or(Ok([10.0; N]), |value| joints(value, "deceleration"))?;
-    Ok(Brake {
-        stiffness: or(arguments.stiffness, "stiffness", 1.0, 2)?,
-        damping: or(arguments.damping, "damping", 2.0, 1)?,
-        deceleration,
-    })
 }

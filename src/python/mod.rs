@@ -13,6 +13,7 @@ mod errors;
 mod form;
 mod fuzzy;
 mod guard;
+mod guarding;
 mod limits;
 mod monitor;
 mod per_joint;

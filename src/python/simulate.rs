@@ -10,7 +10,8 @@ use super::convert::{
     wrong_shape,
 };
 use super::dispatch::{each, of_joints};
-use super::guard::{Guards, Own, PyGuard, done};
+use super::guard::{PyGuard, done};
+use super::guarding::{Guards, Own};
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;

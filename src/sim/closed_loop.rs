@@ -3,7 +3,7 @@
 use super::certificate::Certificate;
 use super::doubt::Coarse;
 use super::evaluation::Evaluation;
-use super::integrators::{Motion, RK4, Tableau};
+use super::integrators::{Motion, RK4};
 use super::stiff::{self, Moved};
 use crate::arm::{Arm, JointFriction, Posed, Resistance};
 use crate::control::{Command, Compensator, Controller, Law, MAX_STAGES, Sample, Stage};
@@ -22,12 +22,12 @@ pub struct ClosedLoop<'a, const N: usize, A, D, L, C, R> {
     latest: Option<(f64, Setpoint<N>, Option<Vector<N>>)>,
     /// The loop at the stage remembered last, and the certificate's share of every stage.
     evaluation: Option<Evaluation<N>>,
-    shares: [Certificate; MAX_STAGES],
+    pub(super) shares: [Certificate; MAX_STAGES],
     /// What opposes the motion of the plant's joints; `None` if nothing does.
     laws: Option<[Resistance; N]>,
     /// 2 s·F at the stages of a step in which friction was solved for, and F at its end.
-    pulls: [f64; 4],
-    last_braking: Option<Vector<N>>,
+    pub(super) pulls: [f64; 4],
+    pub(super) last_braking: Option<Vector<N>>,
     /// What the step that has begun cannot follow.
     lost: Option<(usize, Coarse)>,
 }
@@ -326,11 +326,6 @@ where
         Moved { lost: moved.lost.or(self.lost), ..moved }
     }
 
-    /// Remembers 2 s·F of a stage.
-    fn pull(&mut self, stage: usize, evaluation: &Evaluation<N>, braking: &Vector<N>) {
-        self.pulls[stage] = evaluation.audit.map_or(0.0, |audit| 2.0 * audit.s.dot(braking));
-    }
-
     /// Moves the compensator to the end of the step.
     pub(super) fn advance<S>(&self, state: &mut S, end: &Stage<'_>) -> Result<()>
     where
@@ -361,41 +356,6 @@ where
         evaluation.audit = compensator.audit(state, 0, &evaluation.sample);
         self.shares[0] = self.shares[last];
         Some(Start { ddq, stiff: None })
-    }
-
-    /// Adds the step that was just taken to the certificate.
-    #[inline]
-    pub(super) fn certify<const S: usize>(
-        &self,
-        tableau: &Tableau<S>,
-        h: f64,
-        certificate: &mut Certificate,
-    ) {
-        for (weight, share) in tableau.weights.iter().zip(&self.shares) {
-            certificate.add(weight * h, share);
-        }
-    }
-
-    /// The same for a step that [`finish`](Self::finish) made. The work of friction entered V with
-    /// weights of its own. The part at the end of the step waits for [`settle`](Self::settle).
-    pub(super) fn certify_step(&self, h: f64, certificate: &mut Certificate) {
-        self.certify(&RK4, h, certificate);
-        if self.last_braking.is_some() {
-            let [b2, b3, b4, _] = stiff::FRICTION_WEIGHTS;
-            for (i, b) in [0.0, b2, b3, b4].into_iter().enumerate() {
-                certificate.supplied += h * (b - RK4.weights[i]) * self.pulls[i];
-            }
-        }
-    }
-
-    /// Adds to the certificate what friction did at the end of the last step, of length `h` \[s\],
-    /// from the loop `at` that end.
-    #[inline]
-    pub(super) fn settle(&mut self, at: &Evaluation<N>, h: f64, certificate: &mut Certificate) {
-        if let (Some(audit), Some(braking)) = (&at.audit, self.last_braking.take()) {
-            let weight = h * stiff::FRICTION_WEIGHTS[3];
-            certificate.supplied += weight * 2.0 * audit.s.dot(&braking);
-        }
     }
 
     /// Whether the latest set-point is NaN or infinite.

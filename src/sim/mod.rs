@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod certificate;
+mod certified;
 mod channels;
 mod closed_loop;
 mod continuous;
