@@ -40,7 +40,7 @@ from .design import DesignReport, design
 from .metrics import Metrics
 from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
-from .simulation import replay, simulate
+from .simulation import DesignWarning, replay, simulate
 
 if _TYPE_CHECKING:
     from types import ModuleType
@@ -59,6 +59,7 @@ __all__ = [
     "Channel",
     "ComputedTorque",
     "DesignReport",
+    "DesignWarning",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",

@@ -1,4 +1,4 @@
-"""The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+"""The compiled core; `steadyarm` has all but the functions that its own are made of.
 
 Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
 real type, order and stride. They are copied, and what comes back is always a new float64 array.
@@ -22,12 +22,12 @@ __all__ = [
     "MAX_RECORD_BYTES",
     "Arm",
     "ComputedTorque",
+    "Curve",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
     "Guard",
-    "Motion",
     "NoStabilizingSolution",
     "Plant",
     "Quintic",
@@ -40,6 +40,7 @@ __all__ = [
     "bounded_real_riccati",
     "care",
     "channels",
+    "choices",
     "design",
     "desired_motion",
     "metrics",
@@ -701,8 +702,9 @@ class ComputedTorque:
     ) -> _Array:
         """One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
 
-        ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
-        ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits.
+        ``q``, ``q_d`` [rad]: (n,), at most 1e5, of a joint that has turned farther without whole
+        turns; ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10. ``dt`` is 1e-9 to
+        1 s. The torque is finite and inside the limits.
 
         A step first ends the period of the one before, and learns from it, then decides.
         ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive
@@ -961,7 +963,7 @@ class Plant(Settings):
         """
 
 @disjoint_base
-class Motion(Settings):
+class Curve(Settings):
     """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 
     Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
@@ -970,7 +972,7 @@ class Motion(Settings):
     def __call__(self, t: float) -> _Triple: ...
 
 @final
-class Sines(Motion):
+class Sines(Curve):
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
     A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
@@ -992,7 +994,7 @@ class Sines(Motion):
     ) -> Sines: ...
 
 @final
-class Quintic(Motion):
+class Quintic(Curve):
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
@@ -1008,7 +1010,7 @@ class Quintic(Motion):
     ) -> Quintic: ...
 
 @final
-class Table(Motion):
+class Table(Curve):
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
 
     Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
@@ -1154,12 +1156,28 @@ def desired_motion(
 
 def design(
     tracker: ComputedTorque,
-    period: float,
+    control_period: float,
     delay: int,
-    disturbance: ArrayLike,
+    disturbance: ArrayLike | None,
     inertia_ratio: float,
+    path: Sines | Quintic | Table | _ReferenceCallable | None,
+    plant: Plant | None,
+    duration: float | None,
 ) -> dict[str, Any]:
     """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
+
+def choices(
+    tracker: ComputedTorque,
+    plant: Plant,
+    path: Sines | Quintic | Table | None,
+    duration: float,
+    q0: ArrayLike | None,
+) -> list[str]:
+    """Tell the choices of a simulation that do nothing, or ruin it, in words.
+
+    ``path`` is the reference, or what was recorded of it; None if it is not known. No callable of
+    the plant is called.
+    """
 
 def metrics(
     t: ArrayLike, e: ArrayLike, tau: ArrayLike | None, window: tuple[float, float], band: float

@@ -31,7 +31,7 @@ def add_design(commands: Commands) -> None:
         "design",
         "before you run it: will it help, will it be stable, how fast must the loop be?",
         "Report what a controller with a compensator will do, from its gains, Q, gamma, basis and\n"
-        "gain, the period and the delay of the loop. What you do not give is the paper's.\n"
+        "gain, the control period and the delay of the loop. What you do not give is the paper's.\n"
         "The verdict is in words; the exit code is 1 if it says not to run this.",
         _design,
     )
@@ -53,7 +53,11 @@ def add_design(commands: Commands) -> None:
     add_compensator(parser.add_argument_group("compensator"))
     loop = parser.add_argument_group("loop and arm").add_argument
     loop(
-        "--period", metavar="S", type=number, default=1e-3, help="of the loop [s] (default: 0.001)"
+        "--control-period",
+        metavar="S",
+        type=number,
+        default=1e-3,
+        help="period of the loop [s] (default: 0.001)",
     )
     loop(
         "--delay",
@@ -88,10 +92,11 @@ def _design(arguments: argparse.Namespace) -> int:
         scene = scene_of(arguments, 3, OVERRIDES)
         report = design(
             scene.tracker,
-            period=arguments.period,
+            control_period=arguments.control_period,
             delay=arguments.delay,
             disturbance=arguments.disturbance,
             inertia_ratio=arguments.inertia_ratio,
+            path=None if arguments.inputs is None else scene.reference,
         )
     except (ValueError, TypeError, OverflowError) as error:
         raise Refused(error) from error

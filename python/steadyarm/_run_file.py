@@ -44,6 +44,9 @@ OWN = "own."
 KINDS = get_args(get_type_hints(Status)["kind"])
 """Why a run may have ended."""
 
+KEYS = ("arrays", "own", "status", "certificate", "dictionary", "notes")
+"""What the JSON has, beside the version."""
+
 META_BYTES = 1 << 20
 """The JSON is smaller [bytes]."""
 
@@ -123,6 +126,7 @@ def _content(run: Run) -> _Content:
         },
         "status": asdict(run.status),
         "certificate": None if run.certificate is None else asdict(run.certificate),
+        "notes": list(run.notes),
         "dictionary": dictionary
         and dictionary | {"error_bound": dictionary["error_bound"].tolist()},
     }
@@ -177,6 +181,7 @@ def _run(content: _Content) -> Run:
         status=_status(meta["status"]),
         certificate=None if certificate is None else _certificate(certificate),
         dictionary=_dictionary(meta["dictionary"], joints),
+        notes=_notes(meta["notes"]),
         own={
             _channel(name, meta["own"][name], array): array for name, array in content.own.items()
         },
@@ -187,6 +192,13 @@ def _run(content: _Content) -> Run:
         parts = _scene.read(content.scene, joints)
         vars(run)["_scene"] = _scene.Scene(parts, content.start)
     return run
+
+
+def _notes(values: Any) -> tuple[str, ...]:
+    """Lines of text."""
+    if not isinstance(values, list) or not all(isinstance(v, str) for v in values):
+        raise ValueError(f"notes: got {values!r:.80}, wants lines of text")
+    return tuple(values)
 
 
 def _channel(name: str, values: Any, array: Array) -> Channel:
@@ -315,9 +327,10 @@ def _parsed(text: str) -> dict[str, Any]:
     if type(version) is not int or not OLDEST <= version <= FORMAT:
         raise ValueError(f"format: got {version!r:.80}, wants {OLDEST} to {FORMAT}")
     meta.setdefault("dictionary", None)
+    meta.setdefault("notes", [])
     if version == OLDEST:
         meta.setdefault("own", {})
-    meta = _only(meta, "meta", ("format", "arrays", "own", "status", "certificate", "dictionary"))
+    meta = _only(meta, "meta", (*KEYS, "format"))
     if not isinstance(meta["own"], dict):
         raise ValueError(f"own: got {meta['own']!r:.80}, wants an object")
     return meta

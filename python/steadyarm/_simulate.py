@@ -289,7 +289,8 @@ def _certified(run: Run, arguments: argparse.Namespace) -> list[str]:
     """The dissipation identity in words."""
     certificate = run.certificate
     if certificate is None:
-        why = "sampled control" if arguments.control_period is not None else "no compensator"
+        sampled = arguments.control_period is not None
+        why = "sampled control; ask steadyarm design" if sampled else "no compensator"
         return [f"certificate none: {why}"]
     gamma = 1.0 if arguments.gamma is None else float(arguments.gamma)
     bound = certificate.v_start + gamma**2 * certificate.uncertainty

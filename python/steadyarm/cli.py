@@ -34,7 +34,8 @@ EPILOG = """\
 try:
   steadyarm reproduce                                 the paper's three simulations, with a verdict
   steadyarm simulate --preset claimed --plot run.png  one run, drawn
-  steadyarm design --preset claimed --period 0.002    will it help, will it be stable?
+  steadyarm design --preset claimed --control-period 0.002
+                                                      will it help, will it be stable?
   steadyarm scenario > mine.toml                      a file to edit; simulate --scenario mine.toml
   steadyarm approximate --out approximation.png       how well rules can learn a function
 
@@ -49,7 +50,7 @@ symptoms, and the run that shows each:
   It works in continuous time and blows up on the real controller.
       steadyarm simulate --form concat --raw --gain 70 --control-period 0.04
                                                it learns too fast for 25 samples a second
-      steadyarm design --form concat --raw --gain 70 --period 0.04
+      steadyarm design --form concat --raw --gain 70 --control-period 0.04
                                                refuses it, and says how fast the loop must be
   The torque jumps.
       add --plot run.png to any run: it draws the model's and the compensator's part of the torque;

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from .simulation import Reference
 
 Array = NDArray[np.float64]
+
+Path = Reference | tuple[ArrayLike, ...] | Array
+"""A path: a reference, the arguments of a `Table`, (t, q) or (t, q, dq, ddq), or positions."""
 
 
 @dataclass(frozen=True, eq=False)
 class DesignReport:
-    """Figures of a design, joint by joint (arrays of shape (n,)), with findings and a verdict."""
+    """Figures of a design, joint by joint (arrays of shape (n,)), with findings and a verdict.
+
+    NaN stands for what cannot be known without a path, and for what only a compensator has.
+    """
 
     p11: Array
     """Entry of P (19): position with position."""
@@ -33,23 +41,72 @@ class DesignReport:
     max_scale: Array
     """Q may be multiplied by less than this."""
     k_i: Array
-    """Integral action of the compensator, gain |ξ(0)|²."""
+    """Integral action of the compensator, gain |ξ|² / (1 + ν |ξ|²); along a path the largest."""
     rms_without: Array
     """Predicted steady RMS error without the compensator [rad]."""
     rms: Array
     """Predicted steady RMS error with it [rad]."""
     sampled_radius: Array
-    """Spectral radius of the sampled loop; stable below 1."""
+    """Spectral radius of the sampled loop, stable below 1. Along a path the growth per sample of
+    the loop of all joints when it shakes by 0.05 rad, with what the rules keep then and the dead
+    zone leaves: at 1 and above the loop is unstable all the same."""
     max_period: Array
-    """Longest period at which the sampled loop is stable [s]; 0 if it never is."""
+    """Longest period at which the sampled loop is stable [s], 0 if it never is; along a path that
+    of the loop of all joints."""
+    stiffness: Array
+    """kp M₀ⱼⱼ, what holds a joint against a slow push [N·m/rad]: the smallest along the path, or of
+    32 poses spread over the joints' ranges."""
+    damping: Array
+    """kv M₀ⱼⱼ [N·m·s/rad], likewise."""
     poles: NDArray[np.complex128]
-    """Poles of the linear model (n, 3) [1/s]."""
+    """Poles of the linear model (n, 3) [1/s]; the integrator's is 0 without a compensator."""
     findings: tuple[str, ...]
     """What to know before going ahead, in words."""
     sound: bool
-    """Whether nothing speaks against going ahead."""
+    """Whether nothing speaks against going ahead, and all that may is known."""
+    known: bool
+    """Whether the loop could be judged; it could not where the rules see where the arm is, and no
+    path was given."""
+    left_out: tuple[str, ...]
+    """What acts in a run and is not in these figures."""
+    rules: float | None = None
+    """Rules of each joint; None without a path."""
+    rules_excited: tuple[int, ...] | None = None
+    """Rules that fire along the path with 5 % of the strongest; None with a dictionary too."""
+    directions: tuple[int, ...] | None = None
+    """Independent directions that ξ takes along the path: 1 is an integrator."""
+    survives: Array | None = None
+    """Share of what the model leaves out that is still compensated when learning stops, at best: 1
+    is learnt, 0 only integrated. None without a path and a plant."""
+
+    @property
+    def verdict(self) -> Literal["go ahead", "do not run this", "cannot tell without a path"]:
+        """What to do."""
+        if self.sound:
+            return "go ahead"
+        return "do not run this" if self.known else "cannot tell without a path"
 
     def __str__(self) -> str:
+        head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
+        lines = [head]
+        for name, row in self._rows().items():
+            if not np.isnan(row).all():
+                lines.append(f"{name:<35}" + "".join(f"{x:13.6g}" for x in row))
+        for n, poles in enumerate(self.poles):
+            known = [f"{z:.4g}" for z in poles if not np.isnan(z)]
+            if known:
+                lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(known))
+        if self.left_out:
+            lines += ["", "Not in these figures: " + "; ".join(self.left_out) + "."]
+        if self.findings:
+            link = ", but know that" if self.sound else ":"
+            lines += ["", f"Verdict: {self.verdict}{link}"]
+            lines += [f"  - {finding}" for finding in self.findings]
+        else:
+            lines += ["", f"Verdict: {self.verdict}."]
+        return "\n".join(lines)
+
+    def _rows(self) -> dict[str, Array]:
         rows = {
             "P: p11": self.p11,
             "p12": self.p12,
@@ -63,51 +120,92 @@ class DesignReport:
             "predicted RMS error with it [rad]": self.rms,
             "spectral radius when sampled": self.sampled_radius,
             "longest stable period [ms]": 1e3 * self.max_period,
+            "stiffness [N·m/rad]": self.stiffness,
+            "damping [N·m·s/rad]": self.damping,
         }
-        head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
-        lines = [head]
-        lines += [f"{name:<35}" + "".join(f"{x:13.6g}" for x in row) for name, row in rows.items()]
-        for n, poles in enumerate(self.poles):
-            lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(f"{z:.4g}" for z in poles))
-        verdict = "go ahead" if self.sound else "do not run this"
-        if self.findings:
-            lines += [
-                "",
-                f"Verdict: {verdict}, but know that" if self.sound else f"Verdict: {verdict}:",
-            ]
-            lines += [f"  - {finding}" for finding in self.findings]
-        else:
-            lines += ["", f"Verdict: {verdict}."]
-        return "\n".join(lines)
+        if self.directions is not None:
+            rows["directions that the rules take"] = np.array(self.directions, float)
+        if self.rules_excited is not None:
+            rows[f"rules excited, of {self.rules:g}"] = np.array(self.rules_excited, float)
+        if self.survives is not None:
+            rows["learnt: survives a freeze [%]"] = 100 * self.survives
+        return rows
 
 
 def design(
     tracker: _core.ComputedTorque,
-    period: float = 1e-3,
+    control_period: float = 1e-3,
     delay: int = 0,
-    disturbance: Sequence[tuple[float, float]] = ((1.0, 1.0),),
-    inertia_ratio: float = 1.0,
+    disturbance: Sequence[tuple[float, float]] | None = None,
+    inertia_ratio: float | None = None,
+    *,
+    path: Path | None = None,
+    plant: _core.Plant | None = None,
+    duration: float | None = None,
 ) -> DesignReport:
-    """Report what a controller with a compensator will do.
+    """Report what a controller will do, with a compensator or without.
 
-    The figures come from the linear model of a joint: while the inputs (e, ė) stay near zero, the
-    compensator is an integrator of strength k_I = gain |ξ(0)|². Its prediction of the steady error
-    is within 5 % of the simulation when k_I >= 60.
+    The figures are those of a linear model, with the leak and the normalisation in it; ``left_out``
+    says what is not. Along a ``path`` it is the sampled loop of all joints, with the arms
+    linearised at 64 points of it and the rules as they fire there; otherwise each joint by itself,
+    with the rules at the error 0. Where the rules see where the arm is (inputs "state",
+    "reference", "trajectory"), a path is needed: without one there is no verdict.
+
+    A control period above three quarters of the longest stable one is refused, one above a third of
+    it is warned of.
 
     Parameters
     ----------
-    tracker: a `ComputedTorque` with a compensator.
-    period: of the control loop [s].
+    tracker: a `ComputedTorque`.
+    control_period: of the control loop [s].
     delay: samples from measurement to torque, at most 8.
-    disturbance: harmonics of ρ along the reference, (amplitude [rad/s²], frequency [rad/s]) each.
-    inertia_ratio: believed over true inertia: 1 if right, 0.5 if the arm is twice as heavy.
+    disturbance: harmonics of ρ along the reference, (amplitude [rad/s²], frequency [rad/s]) each;
+        None: what ``plant`` has along ``path``, or else 1 rad/s² at 1 rad/s.
+    inertia_ratio: believed over true inertia: 1 if right, 0.5 if the arm is twice as heavy. None:
+        that of ``plant``, or else 1.
+    path: what will be tracked: a reference; (t, q) or (t, q, dq, ddq) as a `Table` takes them; or
+        positions (T, n), evenly spaced over ``duration``.
+    plant: what is really there; it needs a path.
+    duration: length of the path [s]. None: a `Table` and a `Quintic` to their ends, `Sines` over a
+        period of the slowest; a callable needs it.
 
     Raises
     ------
     ValueError, TypeError
         For an argument that makes no sense; the message names it.
     """
-    figures: dict[str, Any] = _core.design(tracker, period, delay, disturbance, inertia_ratio)
+    if plant is not None and path is None:
+        raise ValueError("path: got None, wants the motion at which the plant is looked at")
+    if plant is not None and inertia_ratio is not None:
+        raise ValueError(f"inertia_ratio: got {inertia_ratio}, wants None beside a plant")
+    if isinstance(path, np.ndarray | list):
+        if duration is None:
+            raise ValueError("duration: got None, wants the length of a path of positions [s]")
+        path = np.linspace(0.0, duration, len(path)), path
+    if isinstance(path, tuple):
+        path = _core.Table(*path)
+    if path is not None and duration is None:
+        duration = _length(path)
+    ratio = 1.0 if inertia_ratio is None else inertia_ratio
+    figures: dict[str, Any] = _core.design(
+        tracker, control_period, delay, disturbance, ratio, path, plant, duration
+    )
     poles = np.array([[complex(*pole) for pole in joint] for joint in figures.pop("poles")])
-    findings = tuple(figures.pop("findings"))
-    return DesignReport(poles=poles, findings=findings, **figures)
+    for name in ("findings", "left_out", "rules_excited", "directions"):
+        if figures.get(name) is not None:
+            figures[name] = tuple(figures[name])
+    return DesignReport(poles=poles, **figures)
+
+
+def _length(path: Any) -> float:
+    """How long a path is [s]."""
+    if isinstance(path, _core.Table):
+        return float(np.asarray(path.__reduce__()[1][0])[-1])
+    if isinstance(path, _core.Quintic):
+        _, _, duration, start = path.__reduce__()[1]
+        return float(duration + start)
+    if isinstance(path, _core.Sines):
+        frequency = np.abs(np.atleast_1d(np.asarray(path.__reduce__()[1][0], float)))
+        moving = frequency[frequency > 0.0]
+        return 2.0 * math.pi / float(moving.min()) if len(moving) else 1.0
+    raise ValueError("duration: got None, wants the length of a path that is a callable [s]")

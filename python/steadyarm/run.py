@@ -68,7 +68,8 @@ class Certificate:
     For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
     ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
     RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong, or
-    where the error of a continuous joint passes half a turn, at which V jumps.
+    where the error of a continuous joint passes half a turn, at which V jumps. It is of continuous
+    time: a run with a ``control_period`` has none, and `design` tells its margin.
     ``state_cost`` = ∫ x'Qx dt is then bounded by ``v_start + gamma² uncertainty``, where
     ``uncertainty`` = ∫ |ρ|² dt.
     """
@@ -152,11 +153,15 @@ class Run(_Columns):
     status: Status
     """Why the run ended."""
     certificate: Certificate | None
-    """The dissipation identity; None for sampled control or without a compensator."""
+    """The dissipation identity; None without a compensator, and in sampled control: the identity is
+    that of a law in continuous time. Look at `design` for the margin of a sampled loop, and at a
+    run of the same scene without ``control_period`` for the law."""
     dictionary: _core._Dictionary | None = None
     """The final dictionary as `ComputedTorque.dictionary` has it; None for another compensator."""
     own: Mapping[Channel, Array] = field(default_factory=dict)
     """Signals that the compensator adds; each is an attribute too."""
+    notes: tuple[str, ...] = ()
+    """Choices that did nothing or ruined the run, in words; empty if there are none."""
 
     guard: GuardReport | None = None
     """What the guard did; None for a run without a guard, or from a file."""

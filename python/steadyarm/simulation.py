@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, _scene
@@ -17,6 +19,13 @@ Reference = (
     | _core.Table
     | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 )
+
+NOTED_ROWS = 257
+"""Rows of a run at the most that stand for a reference that is a callable."""
+
+
+class DesignWarning(UserWarning):
+    """A choice does nothing, or ruins a run: `simulate` says so once, and ``run.notes`` has it."""
 
 
 def simulate(
@@ -41,7 +50,9 @@ def simulate(
     The run starts from the tracker's present weights and leaves the tracker as it was; to go on
     with what was learnt, take ``run.tracker``. Rust works with the GIL released.
     Ctrl-C ends the run within 0.1 s and returns what there is, with ``run.status`` "interrupted"; a
-    run that blows up ends the same way, "diverged".
+    run that blows up ends the same way, "diverged". Choices that do nothing or ruin the run (a dead
+    zone above the signal, centres off the path, an effort limit below gravity, …) are said once, in
+    a `DesignWarning` and in ``run.notes``; `design` says them before.
 
     Parameters
     ----------
@@ -95,14 +106,37 @@ def simulate(
         columns, raised = _core.simulate(*arguments, *options, record, None)
     given = dict(zip(_scene.OPTIONS, (duration, dt, method, *options, record), strict=True))
     run = Run._from_record(columns, plant, reference, given)
+    vars(run)["notes"] = _notes(run, plant, tracker, reference, duration, q0)
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")
         raised.run = run  # type: ignore[attr-defined]
         raise raised
+    if run.notes:
+        warnings.warn("\n".join(run.notes), DesignWarning, stacklevel=2)
     return run
 
 
 def replay(path: str | Path, *, reference: Reference | None = None, disturbance: Any = None) -> Run:
     """Simulate the run in the file at ``path`` again: ``Run.load(path).replay(...)``."""
     return Run.load(path).replay(reference=reference, disturbance=disturbance)
+
+
+def _notes(
+    run: Run,
+    plant: _core.Plant,
+    tracker: _core.ComputedTorque | _core.Guard,
+    reference: Reference,
+    duration: float,
+    q0: ArrayLike | None,
+) -> tuple[str, ...]:
+    """The choices of a run that do nothing. A callable is not called again: its rows are taken."""
+    path: Any = reference
+    if not isinstance(reference, _core.Sines | _core.Quintic | _core.Table):
+        path = None
+        if len(run.t) > 1 and len(run.tau) == len(run.t):
+            rows = np.unique(np.linspace(0, len(run.t) - 1, NOTED_ROWS).astype(int))
+            path = _core.Table(run.t[rows], run.q_d[rows], run.dq_d[rows], run.ddq_d[rows])
+            duration = float(run.t[-1])
+    own = tracker.tracker if isinstance(tracker, _core.Guard) else tracker
+    return tuple(_core.choices(own, plant, path, duration, q0))

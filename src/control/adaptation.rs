@@ -57,6 +57,14 @@ impl<const N: usize> Adaptation<N> {
         accepted("projection_radius", &[self.projection_radius], |radius| radius > 0.0, wanted)
     }
 
+    /// k_I = gain |ξ|² / (1 + ν |ξ|²) of each joint: the strength of the integrator that the law is
+    /// where ξ stands still.
+    #[cfg(feature = "std")]
+    pub(crate) fn integral_gains(&self, xi_squared: &[f64; N]) -> [f64; N] {
+        let weakened = |n: usize| xi_squared[n] / (1.0 + self.normalization * xi_squared[n]);
+        core::array::from_fn(|n| self.gain[n] * weakened(n))
+    }
+
     /// Whether anything pulls the weights back to their prior.
     #[inline]
     pub(super) fn pulls(&self) -> bool {

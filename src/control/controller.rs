@@ -101,11 +101,11 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     /// [`step_after`](Self::step_after).
     ///
     /// # Errors
-    /// `q`, `q_d`: not finite, or beyond 1e5 rad. `dq`, `dq_d`, `ddq_d`: not finite, or beyond 1e10.
-    /// `dt`: not between 1 ns and 1 s. What the compensator names, such as `weights`: they could not
-    /// be finite at the end of the period. Nothing has changed then, bit for bit. `resting_torque`,
-    /// `tau`: the law's result is not finite. For `tau` the period before has ended, as told; all
-    /// else is as it was.
+    /// `q`, `q_d`: not finite, or beyond 1e5 rad. `dq`, `dq_d`, `ddq_d`: not finite, or beyond
+    /// 1e10. `dt`: not between 1 ns and 1 s. What the compensator names, such as `weights`: they
+    /// could not be finite at the end of the period. Nothing has changed then, bit for bit.
+    /// `resting_torque`, `tau`: the law's result is not finite. For `tau` the period before has
+    /// ended, as told; all else is as it was.
     #[inline]
     pub fn step<S>(
         &self,
@@ -269,7 +269,7 @@ pub(super) fn check_sample<const N: usize>(
     desired: &Setpoint<N>,
 ) -> Result<()> {
     let turns = |x: f64| x.abs() <= FARTHEST;
-    let near = "a position of at most 1e5 rad or m; take whole turns away";
+    let near = "a value an arm can have (at most 1e5 rad or m); take whole turns away";
     within("q", q.as_slice(), turns, near)?;
     within("q_d", desired.q.as_slice(), turns, near)?;
     let possible = |x: f64| x.abs() <= IMPOSSIBLE;

@@ -26,6 +26,25 @@ pub enum Signal {
 /// Number of different signals.
 const SIGNALS: usize = 7;
 
+impl Signal {
+    /// All of them, in order.
+    pub const ALL: [Self; SIGNALS] =
+        [Self::E, Self::De, Self::Q, Self::Dq, Self::QDesired, Self::DqDesired, Self::DdqDesired];
+
+    /// Its name in files and in Python.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::E => "e",
+            Self::De => "de",
+            Self::Q => "q",
+            Self::Dq => "dq",
+            Self::QDesired => "q_d",
+            Self::DqDesired => "dq_d",
+            Self::DdqDesired => "ddq_d",
+        }
+    }
+}
+
 /// An ordered choice of signals, each multiplied by a scale before it reaches the sets.
 ///
 /// The inputs are joint after joint within a signal: `[e₁, e₂, ė₁, ė₂]` for two joints and

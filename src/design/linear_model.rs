@@ -1,8 +1,8 @@
 //! The linear model of one joint under computed torque with a basis that sits at ξ(0).
 //!
 //! While the joint tracks, inputs [e; ė] keep the basis at ξ(0), and the fuzzy compensator is an
-//! integrator: `ë = G (−k_v ė − k_p e + ρ_d − ρ̂)`, `ρ̂' = k_I (p12 e + p22 ė)`,
-//! `k_I = gain |ξ(0)|²`.
+//! integrator: `ë = G (−k_v ė − k_p e + ρ_d − ρ̂)`, `ρ̂' = k_I (p12 e + p22 ė) − λ ρ̂`,
+//! `k_I = gain |ξ(0)|² / (1 + ν |ξ(0)|²)`, with the leak λ and the normalisation ν.
 //!
 //! G = M⁻¹M₀ is the inertia ratio of the joint (nominal over true inertia: 1 for the right model,
 //! 0.5 in the paper's example), `ρ_d = M₀⁻¹[ΔM q̈_d + ΔH − τ_d]` [rad/s²] the uncertainty ρ* along
@@ -13,7 +13,7 @@
 
 use crate::eigen::{Complex, eigenvalues, eigenvalues_in_place, modulus};
 use crate::error::{Error, Result, at_most, finite, non_negative, positive};
-use crate::math::{Matrix, sqrt};
+use crate::math::{Matrix, exp, sqrt};
 
 /// The longest delay accepted, in samples.
 pub const MAX_DELAY: usize = 8;
@@ -42,48 +42,54 @@ pub struct LinearModel {
     pub p12: f64,
     /// Entry of P of this joint's velocity with itself, ≥ 0.
     pub p22: f64,
-    /// k_I = gain |ξ(0)|², ≥ 0; 0 is computed torque alone.
+    /// k_I = gain |ξ(0)|², weakened by normalisation, ≥ 0; 0 is computed torque alone.
     pub k_i: f64,
+    /// λ, the leak [1/s], ≥ 0.
+    pub leak_rate: f64,
     /// G = nominal over true inertia, > 0.
     pub inertia_ratio: f64,
 }
 
 impl LinearModel {
-    /// The poles [1/s]: roots of `s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12`. Without an
-    /// integrator one of them is 0.
+    /// The poles [1/s]: roots of
+    /// `s³ + (G k_v + λ) s² + G (k_p + k_I p22 + λ k_v) s + G (k_I p12 + λ k_p)`. Without an
+    /// integrator one of them is −λ.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange` for a field, as in every method here; `NoConvergence`.
     pub fn poles(&self) -> Result<[Complex; 3]> {
         self.check()?;
-        let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
         // [e, ė, ρ̂]
         #[rustfmt::skip]
         let a = Matrix::<3>::new(
             0.0,       1.0,       0.0,
             -g * kp,   -g * kv,   -g,
-            k_i * p12, k_i * p22, 0.0,
+            k_i * p12, k_i * p22, -leak_rate,
         );
         eigenvalues(&a)
     }
 
-    /// |e/ρ_d| \[s²\] at `omega` [rad/s] ≥ 0, s = jω:
-    /// `G |s / (s³ + G k_v s² + G (k_p + k_I p22) s + G k_I p12)|`.
+    /// |e/ρ_d| \[s²\] at `omega` [rad/s] ≥ 0: `1 / |s²/G + k_v s + k_p + C(s)|`, s = jω, with
+    /// the integrator `C(s) = k_I (p12 + p22 s) / (s + λ)`.
     ///
     /// # Errors
     /// As [`Self::poles`], and for `omega`.
     pub fn gain_at(&self, omega: f64) -> Result<f64> {
         self.check()?;
         non_negative("omega", &[omega])?;
-        let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
-        let integral = k_i * p12;
-        if omega == 0.0 {
-            return Ok(if integral > 0.0 { 0.0 } else { 1.0 / (kp + k_i * p22) });
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
+        let mut stiffness = Complex::new(kp - omega * omega / g, kv * omega);
+        let drive = Complex::new(k_i * p12, k_i * p22 * omega);
+        let lag = Complex::new(leak_rate, omega);
+        if lag != Complex::new(0.0, 0.0) {
+            stiffness += drive / lag;
+        } else if k_i * p12 > 0.0 {
+            return Ok(0.0);
+        } else {
+            stiffness += k_i * p22;
         }
-        // Divided by G s.
-        let re = kp + k_i * p22 - omega * omega / g;
-        let im = kv * omega - integral / omega;
-        Ok(1.0 / libm::hypot(re, im))
+        Ok(1.0 / modulus(stiffness))
     }
 
     /// Steady RMS of e \[rad\] under ρ_d = `amplitude` sin(`omega` t), [rad/s²] and [rad/s].
@@ -95,26 +101,26 @@ impl LinearModel {
         Ok(amplitude.abs() * self.gain_at(omega)? / sqrt(2.0))
     }
 
-    /// Spectral radius of the model sampled with `period` h \[s\], the command held and applied
-    /// `delay_samples` d samples late.
+    /// Spectral radius of the model sampled with `control_period` h \[s\], the command held and
+    /// applied `delay_samples` d samples late.
     ///
     /// Exact for the double integrator: `e⁺ = e + h ė + ½h² G c`, `ė⁺ = ė + h G c`, with
     /// `c = −k_v ė − k_p e − ρ̂` of d samples ago; the weights advance after the command is
-    /// computed, `ρ̂⁺ = ρ̂ + h k_I (p12 e + p22 ė)`. Stable below 1. Without an integrator only e
-    /// and ė count.
+    /// computed, `ρ̂⁺ = e^(−λh) (ρ̂ + h k_I (p12 e + p22 ė))`. Stable below 1. Without an
+    /// integrator only e and ė count.
     ///
     /// At k_p = 8, k_v = 5.5, Q = 10I, γ = 1 and G = 1 it passes 1 at 0.364 s for k_I = 0, at 14.5
     /// ms for k_I = 700 · 0.42163, at 67 ms for 7 · 8.94112 and at 6.9 ms for 70 · 8.94112; one
     /// sample of delay halves these. With G = 0.5 and k_I > 0 they are 11 % shorter.
     ///
     /// # Errors
-    /// As [`Self::poles`]; `OutOfRange` for `period`, `TooMany` for more than [`MAX_DELAY`]
+    /// As [`Self::poles`]; `OutOfRange` for `control_period`, `TooMany` for more than [`MAX_DELAY`]
     /// samples.
-    pub fn sampled_radius(&self, period: f64, delay_samples: usize) -> Result<f64> {
+    pub fn sampled_radius(&self, control_period: f64, delay_samples: usize) -> Result<f64> {
         self.check()?;
-        positive("period", &[period])?;
+        positive("control_period", &[control_period])?;
         at_most("delay_samples", delay_samples, MAX_DELAY)?;
-        self.radius(period, delay_samples)
+        self.radius(control_period, delay_samples)
     }
 
     /// The longest period \[s\] below which the sampled model is stable, with `delay_samples` of
@@ -124,20 +130,24 @@ impl LinearModel {
     /// As [`Self::sampled_radius`]; `NotHurwitz` if the model is unstable even without sampling.
     pub fn max_period(&self, delay_samples: usize) -> Result<f64> {
         let poles = self.poles()?;
-        // Routh: G k_v (k_p + k_I p22) > k_I p12, all else being positive.
-        let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
-        if g * kv * (kp + k_i * p22) <= k_i * p12 {
+        // Routh, divided by G, all coefficients being positive.
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
+        let (second, first) = (g * kv + leak_rate, kp + k_i * p22 + leak_rate * kv);
+        if second * first <= k_i * p12 + leak_rate * kp {
             let max_real = poles.iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re));
             return Err(Error::not_hurwitz("linear model", max_real));
         }
-        let fastest = poles.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
+        // The leak is exact at any period, however fast.
+        let kept = Self { leak_rate: 0.0, ..*self }.poles()?;
+        let fastest = kept.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
         let stable = |h: f64| Ok(self.sampled_radius(h, delay_samples)? < 1.0);
         let (good, bad) = bracket(FIRST / fastest, stable)?;
         bisect(good, bad, stable)
     }
 
     fn radius(&self, h: f64, delay: usize) -> Result<f64> {
-        let Self { kp, kv, p12, p22, k_i, inertia_ratio: g } = *self;
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
+        let keep = exp(-leak_rate * h);
         // [e, ė, commands under way with the oldest first, ρ̂]; ρ̂ counts only if it is driven.
         let rho = 2 + delay;
         let n = if k_i * (p12 + p22) > 0.0 { rho + 1 } else { rho };
@@ -147,11 +157,11 @@ impl LinearModel {
                 entries[i + j * n] += x;
             }
         };
-        for (i, j, x) in [(0, 0, 1.0), (0, 1, h), (1, 1, 1.0), (rho, rho, 1.0)] {
+        for (i, j, x) in [(0, 0, 1.0), (0, 1, h), (1, 1, 1.0), (rho, rho, keep)] {
             add(i, j, x);
         }
-        add(rho, 0, h * k_i * p12);
-        add(rho, 1, h * k_i * p22);
+        add(rho, 0, keep * h * k_i * p12);
+        add(rho, 1, keep * h * k_i * p22);
         // c of this sample: applied at once, or queued behind the others.
         for (j, c) in [(0, -kp), (1, -kv), (rho, -1.0)] {
             if delay == 0 {
@@ -166,7 +176,7 @@ impl LinearModel {
             add(1, 2, h * g);
             (2..rho - 1).for_each(|i| add(i, i + 1, 1.0));
         }
-        finite("period", &entries[..n * n])?;
+        finite("control_period", &entries[..n * n])?;
         let mut values = [Complex::new(0.0, 0.0); STATES];
         eigenvalues_in_place(n, &mut entries[..n * n], &mut values[..n])?;
         Ok(values[..n].iter().fold(0.0, |most: f64, &z| most.max(modulus(z))))
@@ -178,6 +188,7 @@ impl LinearModel {
         non_negative("p12", &[self.p12])?;
         non_negative("p22", &[self.p22])?;
         non_negative("k_i", &[self.k_i])?;
+        non_negative("leak_rate", &[self.leak_rate])?;
         positive("inertia_ratio", &[self.inertia_ratio])
     }
 }

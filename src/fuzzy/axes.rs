@@ -142,6 +142,12 @@ impl Axes {
         self.inputs
     }
 
+    /// The smallest and the largest centre of each input, and its largest width.
+    #[cfg(feature = "std")]
+    pub fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.spans[..self.inputs].iter().map(|span| self.sets.reach(*span))
+    }
+
     /// Number of sets of all inputs.
     pub fn sets(&self) -> usize {
         self.columns().iter().map(|column| column.len).sum()

@@ -115,6 +115,12 @@ impl FuzzyBasis {
         if self.layout.blocks == 1 { 0 } else { n }
     }
 
+    /// The smallest and the largest centre of each input, and its largest width.
+    #[cfg(feature = "std")]
+    pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.axes.reaches()
+    }
+
     /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1
     /// an input.
     pub(crate) fn xi_bound(&self) -> f64 {

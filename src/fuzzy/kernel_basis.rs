@@ -78,6 +78,12 @@ impl KernelBasis {
         Ok(self.kernel_of(left, right))
     }
 
+    /// The smallest and the largest centre of each input, and its largest width.
+    #[cfg(feature = "std")]
+    pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+        self.axes.reaches()
+    }
+
     /// An upper bound of |ξ|.
     pub(crate) fn xi_bound(&self) -> f64 {
         if self.normalized() { 1.0 } else { sqrt(self.rules()) }

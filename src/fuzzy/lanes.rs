@@ -142,13 +142,10 @@ pub(crate) fn accumulate<S: Simd>(
 ) -> f64 {
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
-        for w in S::as_mut_simd_f64s(&mut *weights).0 {
-            *w = simd.mul_f64s(factor, *w);
-        }
-        if keep < FADES_FAST {
-            for w in S::as_mut_simd_f64s(&mut *weights).0 {
-                *w = lanes_unless_tiny(simd, *w, TINY_WEIGHT);
-            }
+        let weights = S::as_mut_simd_f64s(&mut *weights).0;
+        let least = if keep < FADES_FAST { TINY_WEIGHT } else { 0.0 };
+        for w in weights {
+            *w = lanes_unless_tiny(simd, simd.mul_f64s(factor, *w), least);
         }
     }
     let mut squares = None;

@@ -36,6 +36,15 @@ impl Sets {
         fnv_of(centers, place.of(&self.inverse_widths).iter().copied())
     }
 
+    /// The smallest and the largest centre of an input, and its largest width.
+    #[cfg(feature = "std")]
+    pub fn reach(&self, place: Span) -> (f64, f64, f64) {
+        let (centers, inverse) = (place.of(&self.centers), place.of(&self.inverse_widths));
+        let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = centers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (least(centers), largest, 1.0 / least(inverse))
+    }
+
     /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every
     /// `stride`th entry. No NaN for any finite x.
     pub fn memberships(

@@ -1,45 +1,129 @@
-//! The design report as a dict.
+//! The design report as a dict, and the choices that do nothing.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, Array, count, numbers, scalar, wrong_shape, wrong_type};
-use super::dispatch::each;
-use super::tracked::Trackers;
+use super::convert::{Any, Array, Given, count, joints, numbers, object, scalar, wrong_shape};
+use super::dispatch::{each, of_joints, other_joints};
+use super::plant::{Plant, Plants, PyPlant};
+use super::sources::Source;
+use super::tracked::{Tracker, Trackers};
 use super::tracker::PyComputedTorque;
-use crate::design::{Conditions, Finding, JointReport};
+use crate::arm::Arm;
+use crate::control::Sample;
+use crate::design::{ArmFacts, Conditions, Course, Finding, JointReport, Learning, Report};
+use crate::math::Vector;
+use crate::reference::Reference;
+
+/// The path of a design, and the plant.
+struct Along<'a, 'py> {
+    path: Given<'a, 'py>,
+    duration: Option<f64>,
+    plant: Option<&'a Plants>,
+    inertia_ratio: f64,
+}
+
+impl<'a, 'py> Along<'a, 'py> {
+    fn new(
+        path: Given<'a, 'py>,
+        duration: Given<'_, 'py>,
+        plant: Given<'a, 'py>,
+        inertia_ratio: f64,
+    ) -> PyResult<Self> {
+        let duration = duration.map(|it| scalar(it, "duration")).transpose()?;
+        let plant = plant.map(|plant| object::<PyPlant>(plant, "plant", "a Plant")).transpose()?;
+        let plant = plant.map(|plant| &plant.get().plants);
+        Ok(Self { path, duration, plant, inertia_ratio })
+    }
+
+    fn plant<const N: usize>(&self) -> PyResult<Option<&'a Plant<N>>> {
+        let Some(plants) = self.plant else { return Ok(None) };
+        let plant = each!(plants, Plants, plant => of_joints::<Plant<N>>(&**plant));
+        plant.map(Some).ok_or_else(|| other_joints("plant", plants.joints(), N))
+    }
+
+    /// The path with the arms along it. What a callable raises is raised; `quiet`: disturbances
+    /// that are callables are left out, and nothing is called.
+    fn course<const N: usize>(
+        &self,
+        tracker: &Tracker<N>,
+        quiet: bool,
+    ) -> PyResult<Option<Course<N>>> {
+        let plant = self.plant()?;
+        let (Some(path), Some(duration)) = (self.path, self.duration) else { return Ok(None) };
+        let reference = Source::<N>::reference(path, "path")?;
+        let law = &tracker.controller.law;
+        let course = match plant {
+            Some(plant) if quiet && matches!(plant.disturbance, Some(Source::Callback(_))) => {
+                let still = crate::plant::Plant::new(plant.arm.clone(), None::<Source<N>>);
+                let still = still.with_effort_limit(*plant.effort_limit())?;
+                Course::new(&law.arm, &still, &reference, duration)
+            }
+            Some(plant) => Course::new(&law.arm, plant, &reference, duration),
+            None => Course::believed(&law.arm, self.inertia_ratio, &reference, duration),
+        };
+        let of_plant = plant.filter(|_| !quiet).and_then(|plant| plant.disturbance.as_ref());
+        if let Some(error) = reference.raised().or(of_plant.and_then(Source::raised)) {
+            return Err(error);
+        }
+        Ok(Some(course?.limited(&tracker.controller.limits.effort_limit)))
+    }
+}
 
 /// Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict.
 #[pyfunction]
+#[pyo3(signature = (tracker, control_period, delay, disturbance, inertia_ratio, path, plant,
+    duration))]
+#[expect(clippy::too_many_arguments, reason = "called from one Python function")]
 pub(super) fn design<'py>(
     py: Python<'py>,
     tracker: Any<'_, 'py>,
-    period: Any<'_, 'py>,
+    control_period: Any<'_, 'py>,
     delay: Any<'_, 'py>,
-    disturbance: Any<'_, 'py>,
+    disturbance: Given<'_, 'py>,
     inertia_ratio: Any<'_, 'py>,
+    path: Given<'_, 'py>,
+    plant: Given<'_, 'py>,
+    duration: Given<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tracker = tracker
-        .cast::<PyComputedTorque>()
-        .map_err(|_| wrong_type("tracker", tracker, "a ComputedTorque"))?
-        .try_borrow()?;
-    let period = scalar(period, "period")?;
+    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+    let tracker = tracker.try_borrow()?;
+    let control_period = scalar(control_period, "control_period")?;
     let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
-    let delay = samples(delay)?;
-    let pairs = numbers(disturbance, "disturbance")?;
-    if !matches!(pairs.shape[..], [0] | [_, 2]) {
-        return Err(wrong_shape("disturbance", &pairs.shape, "(K, 2): amplitude, frequency"));
-    }
-    let disturbance: Vec<(f64, f64)> = pairs
-        .values
-        .as_chunks()
-        .0
-        .iter()
-        .map(|&[amplitude, frequency]| (amplitude, frequency))
-        .collect();
-    let disturbance = disturbance.as_slice();
-    let conditions = Conditions { period, delay_samples: delay, disturbance, inertia_ratio };
-    let (joints, findings) = each!(&tracker.trackers, Trackers, it => it.report(&conditions))?;
+    let along = Along::new(path, duration, plant, inertia_ratio)?;
+    let delay_samples = samples(delay)?;
+    let disturbance = disturbance.map(harmonics).transpose()?;
+    let disturbance = disturbance.as_deref();
+    let conditions = Conditions { control_period, delay_samples, disturbance, inertia_ratio };
+    each!(&tracker.trackers, Trackers, it => report(py, it, &along, &conditions))
+}
+
+fn report<'py, const N: usize>(
+    py: Python<'py>,
+    tracker: &Tracker<N>,
+    along: &Along<'_, 'py>,
+    conditions: &Conditions<'_>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let course = along.course(tracker, false)?;
+    let report = tracker.report(course.as_ref(), conditions)?;
+    let (known, sound) = (report.known(), report.sound());
+    let Report { joints, learning, findings, left_out } = report;
+    let dict = figures(py, &joints)?;
+    dict.set_item("known", known)?;
+    dict.set_item("sound", sound)?;
+    dict.set_item("findings", words(&findings))?;
+    dict.set_item("left_out", left_out)?;
+    let Some(Learning { directions, rules_excited, survives, rules, .. }) = learning else {
+        return Ok(dict);
+    };
+    dict.set_item("rules", rules)?;
+    dict.set_item("rules_excited", rules_excited.map(Vec::from))?;
+    dict.set_item("directions", Vec::from(directions))?;
+    dict.set_item("survives", survives.map(|it| Array::from(Vec::from(it))))?;
+    Ok(dict)
+}
+
+fn figures<'py>(py: Python<'py>, joints: &[JointReport]) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     let set = |name, value: fn(&JointReport) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();
@@ -57,12 +141,64 @@ pub(super) fn design<'py>(
     set("rms", |j| j.rms[1])?;
     set("sampled_radius", |j| j.sampled_radius)?;
     set("max_period", |j| j.max_period)?;
+    set("stiffness", |j| j.stiffness)?;
+    set("damping", |j| j.damping)?;
     let poles = joints.iter().map(|j| j.poles.map(|z| (z.re, z.im)).to_vec());
     dict.set_item("poles", poles.collect::<Vec<_>>())?;
-    dict.set_item("sound", !findings.iter().any(Finding::refuses))?;
-    let findings: Vec<String> = findings.iter().map(ToString::to_string).collect();
-    dict.set_item("findings", findings)?;
     Ok(dict)
+}
+
+/// Tell the choices of a simulation that do nothing, or ruin it, in words.
+///
+/// ``path`` is the reference, or what was recorded of it; None if it is not known. No callable of
+/// the plant is called.
+#[pyfunction]
+#[pyo3(signature = (tracker, plant, path, duration, q0))]
+pub(super) fn choices<'py>(
+    tracker: Any<'_, 'py>,
+    plant: Any<'_, 'py>,
+    path: Given<'_, 'py>,
+    duration: Any<'_, 'py>,
+    q0: Given<'_, 'py>,
+) -> PyResult<Vec<String>> {
+    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+    let tracker = tracker.try_borrow()?;
+    let along = Along::new(path, Some(duration), Some(plant), 1.0)?;
+    each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0))
+}
+
+fn chosen<const N: usize>(
+    tracker: &Tracker<N>,
+    along: &Along<'_, '_>,
+    q0: Given<'_, '_>,
+) -> PyResult<Vec<String>> {
+    let course = along.course(tracker, true)?;
+    let q0 = q0.map_or(Ok([0.0; N]), |q0| joints(q0, "q0"))?;
+    let start =
+        along.path.map(|path| Source::<N>::reference(path, "path")).transpose()?.map(|reference| {
+            let wraps = tracker.controller.law.arm.wraps();
+            Sample::wrapped(Vector::from(q0), Vector::zeros(), reference.at(0.0), &wraps)
+        });
+    let (law, limits) = (&tracker.controller.law, &tracker.controller.limits);
+    let arm = ArmFacts::of(&law.arm, course.as_ref(), limits);
+    let compensator = tracker.controller.compensator.subject();
+    let mut choices = arm.choices(&law.gains, compensator, course.as_ref());
+    choices.start = start;
+    Ok(words(&choices.findings()?))
+}
+
+fn words(findings: &[Finding]) -> Vec<String> {
+    findings.iter().map(ToString::to_string).collect()
+}
+
+/// (K, 2): amplitude, frequency.
+fn harmonics(value: Any<'_, '_>) -> PyResult<Vec<(f64, f64)>> {
+    let pairs = numbers(value, "disturbance")?;
+    if !matches!(pairs.shape[..], [0] | [_, 2]) {
+        return Err(wrong_shape("disturbance", &pairs.shape, "(K, 2): amplitude, frequency"));
+    }
+    let pairs = pairs.values.as_chunks().0.iter();
+    Ok(pairs.map(|&[amplitude, frequency]| (amplitude, frequency)).collect())
 }
 
 /// Samples of delay, a whole number ≥ 0.

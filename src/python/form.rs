@@ -13,8 +13,8 @@ use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 
 use crate::scenario::{
-    BasisSettings, CompensatorSettings, ControllerSettings, InputSettings, MethodName,
-    MotionSettings, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
+    BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, InputSettings,
+    MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
     TableSettings, TwoLinkSettings,
 };
 
@@ -261,7 +261,7 @@ fields! {
     TwoLinkSettings { mass, length, inertia, gravity, viscous, coulomb, smoothing }
 }
 
-impl Fields for MotionSettings {
+impl Fields for CurveSettings {
     fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         match self {
             Self::Sines(sines) => sines.fields(py),

@@ -6,6 +6,7 @@ mod arm;
 mod basis;
 mod compensator;
 mod convert;
+mod curves;
 mod design;
 mod dispatch;
 mod errors;
@@ -22,7 +23,6 @@ mod scenario;
 mod serial;
 mod serial_changes;
 mod serial_files;
-mod signals;
 mod simulate;
 mod sources;
 mod tracked;
@@ -41,11 +41,11 @@ const _: () = {
     assert!(fits_python::<basis::PyFuzzyBasis>() && fits_python::<riccati::PySolution>());
     assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
     assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
-    assert!(fits_python::<signals::PyMotion>() && fits_python::<plant::PyPlant>());
+    assert!(fits_python::<curves::PyCurve>() && fits_python::<plant::PyPlant>());
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
-/// The compiled core; `steadyarm` has all but `simulate`, `design`, `metrics`, `desired_motion`.
+/// The compiled core; `steadyarm` has all but the functions that its own are made of.
 ///
 /// Equation numbers are those of the paper. Arrays may be lists, tuples, or numpy arrays of any
 /// real type, order and stride. They are copied, and what comes back is always a new float64 array.
@@ -66,7 +66,9 @@ mod core_module {
     #[pymodule_export]
     use super::basis::PyFuzzyBasis;
     #[pymodule_export]
-    use super::design::design;
+    use super::curves::{PyCurve, PyQuintic, PySines, PyTable};
+    #[pymodule_export]
+    use super::design::{choices, design};
     #[pymodule_export]
     use super::errors::NoStabilizingSolution;
     #[pymodule_export]
@@ -85,8 +87,6 @@ mod core_module {
     use super::scenario::{paper_scenario, read_scenario};
     #[pymodule_export]
     use super::serial::PySerial;
-    #[pymodule_export]
-    use super::signals::{PyMotion, PyQuintic, PySines, PyTable};
     #[pymodule_export]
     use super::simulate::{channels, metrics, simulate};
     #[pymodule_export]

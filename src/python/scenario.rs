@@ -5,9 +5,9 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::curves::PyCurve;
 use super::form::Fields;
 use super::fuzzy::PyFuzzyCompensator;
-use super::signals::PyMotion;
 use super::two_link::PyTwoLink;
 use crate::paper;
 use crate::scenario::Scenario;
@@ -52,7 +52,7 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
     set("compensator", "compensator", object)?;
     for (name, motion) in [("reference", reference), ("disturbance", disturbance)] {
         let path = motion.as_ref().map_or("", |motion| motion.name());
-        set(name, &format!("{name}.{path}"), motion.map(|it| PyMotion::object(py, &it)))?;
+        set(name, &format!("{name}.{path}"), motion.map(|it| PyCurve::object(py, &it)))?;
     }
     set("run", "run", run.map(|it| Ok(it.fields(py)?.into_any())))?;
     Ok(sections)

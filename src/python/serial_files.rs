@@ -17,29 +17,29 @@ use crate::math::Matrix;
 use crate::robot::{Convention, Description, DhRow, GRAVITY, UrdfOptions};
 
 /// A description's source.
-enum Source {
+enum TextOrPath {
     Text(String),
     Path(PathBuf),
 }
 
 /// A string is the text itself if it says so, and otherwise a path.
-fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<Source> {
+fn source(value: Any<'_, '_>, is_text: impl Fn(&str) -> bool) -> PyResult<TextOrPath> {
     if let Ok(text) = value.cast::<PyString>() {
         let text: String = text.extract()?;
         if is_text(&text) {
-            return Ok(Source::Text(text));
+            return Ok(TextOrPath::Text(text));
         }
     }
     let path: PathBuf =
         value.extract().map_err(|_| wrong_type("path_or_text", value, "a path or the text"))?;
     saving::exists(&path)?;
-    Ok(Source::Path(path))
+    Ok(TextOrPath::Path(path))
 }
 
 pub(super) fn urdf(value: Any<'_, '_>, options: &UrdfOptions) -> PyResult<Description> {
     match source(value, |text| text.trim_start_matches('\u{feff}').trim_start().starts_with('<'))? {
-        Source::Text(text) => Description::from_urdf_with(&text, options),
-        Source::Path(path) => Description::from_urdf_file_with(path, options),
+        TextOrPath::Text(text) => Description::from_urdf_with(&text, options),
+        TextOrPath::Path(path) => Description::from_urdf_file_with(path, options),
     }
     .map_err(PyErr::from)
 }
@@ -52,8 +52,8 @@ pub(super) fn toml(value: Any<'_, '_>, policy: Option<Any<'_, '_>>) -> PyResult<
         None => Description::from_toml(text),
     };
     match source(value, |text| text.contains('\n'))? {
-        Source::Text(text) => read(&text),
-        Source::Path(path) => Description::from_file(path, read),
+        TextOrPath::Text(text) => read(&text),
+        TextOrPath::Path(path) => Description::from_file(path, read),
     }
     .map_err(PyErr::from)
 }

@@ -10,14 +10,14 @@ use pyo3::prelude::*;
 use super::any_arm::{AnyArm, Arms};
 use super::arm::PyArm;
 use super::convert::{Any, Array, array1, matrix_of, numbers, type_name, vector};
+use super::curves::PyCurve;
 use super::dispatch::{each, same_joints};
-use super::signals::PyMotion;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Reference, Setpoint};
-use crate::scenario::Motion;
+use crate::scenario::Curve;
 
 /// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
 pub(super) struct Callback {
@@ -60,7 +60,7 @@ impl Callback {
 
 /// A reference, or (as an `Option`) a disturbance: a motion, or any Python callable.
 pub(super) enum Source<const N: usize> {
-    Motion(Motion<N>),
+    Curve(Curve<N>),
     Callback(Callback),
 }
 
@@ -77,12 +77,12 @@ impl<const N: usize> Source<N> {
 
     /// `name` and `call` are for the message to a user who gave something else.
     fn new(value: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
-        let Ok(motion) = value.cast::<PyMotion>() else {
+        let Ok(motion) = value.cast::<PyCurve>() else {
             return Ok(Self::Callback(Callback::new(value, name, call)?));
         };
         let motion = motion.get();
         same_joints(name, motion.joints.unwrap_or(N), N)?;
-        motion.motion().map(Self::Motion)
+        motion.motion().map(Self::Curve)
     }
 
     /// What the function raised, if it did; it is forgotten here.
@@ -101,7 +101,7 @@ impl<const N: usize> Reference<N> for Source<N> {
     #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
         match self {
-            Self::Motion(motion) => motion.at(t),
+            Self::Curve(motion) => motion.at(t),
             Self::Callback(callback) => callback
                 .call(Setpoint::at_rest(Vector::repeat(f64::NAN)), |function| {
                     setpoint(&function.call1((t,))?)
@@ -183,7 +183,7 @@ impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         match self {
             None => Vector::zeros(),
-            Some(Source::Motion(motion)) => motion.position(t),
+            Some(Source::Curve(motion)) => motion.position(t),
             Some(Source::Callback(callback)) => {
                 callback.call(Vector::repeat(f64::NAN), |function| {
                     let py = function.py();
@@ -198,7 +198,7 @@ impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
         match self {
             None => Some(Vector::zeros()),
-            Some(Source::Motion(motion)) => Some(motion.position(t)),
+            Some(Source::Curve(motion)) => Some(motion.position(t)),
             Some(Source::Callback(_)) => None,
         }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use super::any_arm::AnyArm;
@@ -15,7 +15,7 @@ use crate::control::{
     self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, Origin,
     State,
 };
-use crate::design::{Conditions, Finding, JointReport, Report};
+use crate::design::{Conditions, Course, Report};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::reference::Setpoint;
@@ -165,16 +165,13 @@ impl<const N: usize> Tracker<N> {
         Some(p)
     }
 
-    /// The design report: figures joint by joint, findings.
+    /// The design report, along a course if there is one.
     pub fn report(
         &self,
+        course: Option<&Course<N>>,
         conditions: &Conditions<'_>,
-    ) -> PyResult<(Vec<JointReport>, Vec<Finding>)> {
-        let Controller { law, compensator, .. } = &*self.controller;
-        let subject = compensator.subject().ok_or_else(|| {
-            PyTypeError::new_err("tracker: got one without a compensator, wants one to report on")
-        })?;
-        let report = Report::new(&law.gains, subject, conditions).map_err(value_error)?;
-        Ok((report.joints.to_vec(), report.findings))
+    ) -> PyResult<Report<N>> {
+        let Controller { law, compensator, limits } = &*self.controller;
+        Report::new(law, limits, compensator.subject(), course, conditions).map_err(value_error)
     }
 }

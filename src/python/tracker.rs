@@ -133,8 +133,9 @@ impl PyComputedTorque {
 
     /// One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
     ///
-    /// ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10.
-    /// ``dt`` is 1e-9 to 1 s. The torque is finite and inside the limits.
+    /// ``q``, ``q_d`` [rad]: (n,), at most 1e5, of a joint that has turned farther without whole
+    /// turns; ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), at most 1e10. ``dt`` is 1e-9 to
+    /// 1 s. The torque is finite and inside the limits.
     ///
     /// A step first ends the period of the one before, and learns from it, then decides.
     /// ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive

@@ -5,7 +5,7 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CompensatorSettings, ControllerSettings, Motion, MotionSettings, RunSettings, TwoLinkSettings,
+    CompensatorSettings, ControllerSettings, Curve, CurveSettings, RunSettings, TwoLinkSettings,
 };
 use crate::error::Error;
 use crate::robot::{ReadError, limited};
@@ -35,9 +35,9 @@ pub struct Scenario {
     /// What is learnt beside the model.
     pub compensator: Option<CompensatorSettings>,
     /// Where the arm should be.
-    pub reference: Option<MotionSettings>,
+    pub reference: Option<CurveSettings>,
     /// The torque that nobody asked for.
-    pub disturbance: Option<MotionSettings>,
+    pub disturbance: Option<CurveSettings>,
     /// How it is simulated.
     pub run: Option<RunSettings>,
 }
@@ -100,26 +100,26 @@ impl Scenario {
     /// The reference of `N` joints, if the file has one.
     ///
     /// # Errors
-    /// As [`MotionSettings::build`], with the path.
-    pub fn reference<const N: usize>(&self) -> Result<Option<Motion<N>>, ReadError> {
+    /// As [`CurveSettings::build`], with the path.
+    pub fn reference<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
         self.motion("reference")
     }
 
     /// The disturbance of `N` joints, if the file has one.
     ///
     /// # Errors
-    /// As [`MotionSettings::build`], with the path.
-    pub fn disturbance<const N: usize>(&self) -> Result<Option<Motion<N>>, ReadError> {
+    /// As [`CurveSettings::build`], with the path.
+    pub fn disturbance<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
         self.motion("disturbance")
     }
 
-    fn motion<const N: usize>(&self, section: &str) -> Result<Option<Motion<N>>, ReadError> {
+    fn motion<const N: usize>(&self, section: &str) -> Result<Option<Curve<N>>, ReadError> {
         let found = self.motions().find(|(_, path)| path.starts_with(section));
         found.map(|(motion, path)| motion.build().map_err(below(path))).transpose()
     }
 
     /// The motions, with their paths.
-    fn motions(&self) -> impl Iterator<Item = (&MotionSettings, String)> {
+    fn motions(&self) -> impl Iterator<Item = (&CurveSettings, String)> {
         let sections = [("reference", &self.reference), ("disturbance", &self.disturbance)];
         sections.into_iter().filter_map(|(section, motion)| {
             let motion = motion.as_ref()?;

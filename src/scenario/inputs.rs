@@ -9,17 +9,6 @@ use serde::{Deserialize, Serialize};
 use crate::control::{Inputs, Signal};
 use crate::error::Result;
 
-/// Names of the signals.
-const SIGNALS: [(&str, Signal); 7] = [
-    ("e", Signal::E),
-    ("de", Signal::De),
-    ("q", Signal::Q),
-    ("dq", Signal::Dq),
-    ("q_d", Signal::QDesired),
-    ("dq_d", Signal::DqDesired),
-    ("ddq_d", Signal::DdqDesired),
-];
-
 type Preset = (&'static str, fn() -> Inputs);
 
 /// Names of usual choices.
@@ -43,9 +32,8 @@ impl Default for InputSettings {
 
 impl From<Inputs> for InputSettings {
     fn from(inputs: Inputs) -> Self {
-        let name = |signal| SIGNALS.iter().find(|(_, s)| *s == signal).map_or("", |(name, _)| name);
         let chosen = inputs.signals().iter();
-        Self(chosen.map(|&(signal, scale)| (name(signal).to_owned(), scale)).collect())
+        Self(chosen.map(|&(signal, scale)| (signal.name().to_owned(), scale)).collect())
     }
 }
 
@@ -67,7 +55,7 @@ impl InputSettings {
     pub fn wanted() -> String {
         let list =
             |names: &mut dyn Iterator<Item = &'static str>| names.collect::<Vec<_>>().join(", ");
-        let known = list(&mut SIGNALS.iter().map(|(name, _)| *name));
+        let known = list(&mut Signal::ALL.iter().map(|signal| signal.name()));
         let presets = list(&mut PRESETS.iter().map(|(name, _)| *name));
         format!("wants one of {known}, or a preset: {presets}")
     }
@@ -94,7 +82,7 @@ impl InputSettings {
 
 /// The signal of a name.
 fn signal(name: &str) -> Option<Signal> {
-    SIGNALS.iter().find(|(known, _)| *known == name).map(|(_, signal)| *signal)
+    Signal::ALL.into_iter().find(|signal| signal.name() == name)
 }
 
 impl Serialize for InputSettings {

@@ -7,18 +7,19 @@
 //! and refusals are the same everywhere.
 
 mod controller;
+mod curve;
 mod file;
 mod fuzzy;
 mod inputs;
-mod motion;
+
 mod numbers;
 mod paper;
 mod run;
 
 pub use controller::{ControllerSettings, TwoLinkSettings};
+pub use curve::{Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings};
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
 pub use inputs::InputSettings;
-pub use motion::{Motion, MotionSettings, QuinticSettings, SinesSettings, TableSettings};
 pub use numbers::{Numbers, PerJoint};
 pub use run::{MethodName, RunSettings};

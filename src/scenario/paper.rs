@@ -1,7 +1,7 @@
 //! The paper's simulations as settings: the numbers of [`paper`](crate::paper) under their names.
 
 use super::{
-    BasisSettings, CompensatorSettings, ControllerSettings, MotionSettings, Rules, RunSettings,
+    BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, Rules, RunSettings,
     Scenario, SinesSettings,
 };
 use crate::error::Result;
@@ -25,7 +25,7 @@ impl Scenario {
         let basis = BasisSettings { normalized: reading.normalized, ..basis };
         let compensator = CompensatorSettings::new(basis);
         let compensator = CompensatorSettings { gain: reading.gain.into(), ..compensator };
-        let sines = |sines: SinesSettings| Some(MotionSettings::Sines(sines));
+        let sines = |sines: SinesSettings| Some(CurveSettings::Sines(sines));
         Ok(Self {
             two_link: Some(paper::nominal()?.parameters().into()),
             plant: Some(paper::actual()?.parameters().into()),

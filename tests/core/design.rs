@@ -7,7 +7,15 @@ use steadyarm::{Error, Problem};
 /// The paper's joint with the right inertia.
 fn model(k_i: f64) -> LinearModel {
     let p = joint(8.0, 5.5, 10.0, 10.0, 1.0).unwrap();
-    LinearModel { kp: 8.0, kv: 5.5, p12: p.p12, p22: p.p22, k_i, inertia_ratio: 1.0 }
+    LinearModel {
+        kp: 8.0,
+        kv: 5.5,
+        p12: p.p12,
+        p22: p.p22,
+        k_i,
+        leak_rate: 0.0,
+        inertia_ratio: 1.0,
+    }
 }
 
 const SHARED_700: f64 = 700.0 * 0.42163;
@@ -77,11 +85,12 @@ fn fine_sampling_approaches_the_poles() {
 /// The sampled loop, written out: the largest |e| late in a run.
 fn late_error(model: &LinearModel, h: f64, delay: usize, steps: usize) -> f64 {
     let (mut e, mut de, mut rho, mut late) = (1.0_f64, 0.0, 0.0, 0.0_f64);
+    let keep = (-model.leak_rate * h).exp();
     let mut under_way = std::collections::VecDeque::from(vec![0.0; delay]);
     for step in 0..steps {
         under_way.push_back(-model.kv * de - model.kp * e - rho);
         let acceleration = model.inertia_ratio * under_way.pop_front().unwrap();
-        rho += h * model.k_i * (model.p12 * e + model.p22 * de);
+        rho = keep * (rho + h * model.k_i * (model.p12 * e + model.p22 * de));
         e += h * de + 0.5 * h * h * acceleration;
         de += h * acceleration;
         if step > steps / 2 {
@@ -93,8 +102,8 @@ fn late_error(model: &LinearModel, h: f64, delay: usize, steps: usize) -> f64 {
 
 #[test]
 fn sampled_loop_decays_below_the_limit_and_grows_above_it() {
-    for delay in [0, 1, 2, 5] {
-        let model = LinearModel { inertia_ratio: 0.5, ..model(CONCAT_70) };
+    for (delay, leak_rate) in [(0, 0.0), (1, 0.0), (2, 3.0), (5, 0.0), (0, 20.0)] {
+        let model = LinearModel { inertia_ratio: 0.5, leak_rate, ..model(CONCAT_70) };
         let period = model.max_period(delay).unwrap();
         let (below, above) = (0.98 * period, 1.02 * period);
         let steps = |radius: f64| (60.0 / radius.ln().abs()) as usize;
@@ -107,23 +116,37 @@ fn sampled_loop_decays_below_the_limit_and_grows_above_it() {
 
 #[test]
 fn steady_rms_is_that_of_a_fine_simulation() {
-    let model = LinearModel { inertia_ratio: 0.5, ..model(CONCAT_7) };
-    let (h, omega, amplitude) = (1e-4, 1.3, 2.0);
-    let (mut e, mut de, mut rho, mut sum, mut count) = (0.0_f64, 0.0, 0.0, 0.0, 0);
-    for tick in 0..600_000 {
-        let t = f64::from(tick) * h;
-        let disturbance = amplitude * (omega * t).sin();
-        let acceleration = 0.5 * (-model.kv * de - model.kp * e + disturbance - rho);
-        rho += h * model.k_i * (model.p12 * e + model.p22 * de);
-        e += h * de + 0.5 * h * h * acceleration;
-        de += h * acceleration;
-        // The last six periods.
-        if t > 60.0 - 6.0 * std::f64::consts::TAU / omega {
-            sum += e * e;
-            count += 1;
+    for leak_rate in [0.0, 0.7, 15.0] {
+        let model = LinearModel { inertia_ratio: 0.5, leak_rate, ..model(CONCAT_7) };
+        let (h, omega, amplitude) = (1e-4, 1.3, 2.0);
+        let (mut e, mut de, mut rho, mut sum, mut count) = (0.0_f64, 0.0, 0.0, 0.0, 0);
+        for tick in 0..600_000 {
+            let t = f64::from(tick) * h;
+            let disturbance = amplitude * (omega * t).sin();
+            let acceleration = 0.5 * (-model.kv * de - model.kp * e + disturbance - rho);
+            rho += h * (model.k_i * (model.p12 * e + model.p22 * de) - leak_rate * rho);
+            e += h * de + 0.5 * h * h * acceleration;
+            de += h * acceleration;
+            // The last six periods.
+            if t > 60.0 - 6.0 * std::f64::consts::TAU / omega {
+                sum += e * e;
+                count += 1;
+            }
         }
+        let predicted = model.steady_rms(amplitude, omega).unwrap();
+        close((sum / f64::from(count)).sqrt(), predicted, 1e-3);
     }
-    close((sum / f64::from(count)).sqrt(), model.steady_rms(amplitude, omega).unwrap(), 1e-3);
+}
+
+#[test]
+fn a_leak_without_end_leaves_computed_torque_alone() {
+    let alone = model(0.0);
+    let leaking = LinearModel { leak_rate: 1e9, ..model(CONCAT_70) };
+    close(leaking.gain_at(2.0).unwrap(), alone.gain_at(2.0).unwrap(), 1e-5);
+    close(leaking.max_period(0).unwrap(), alone.max_period(0).unwrap(), 1e-5);
+    // At rest the integrator leaks what it gathers: 1 / (k_p + k_I p12 / λ).
+    let slow = LinearModel { leak_rate: 2.0, ..model(CONCAT_7) };
+    close(slow.gain_at(0.0).unwrap(), 1.0 / (8.0 + CONCAT_7 * slow.p12 / 2.0), 1e-12);
 }
 
 #[test]
@@ -160,6 +183,7 @@ fn field_out_of_range_is_refused_by_name() {
         (LinearModel { p12: -1.0, ..good }, "p12"),
         (LinearModel { p22: -1.0, ..good }, "p22"),
         (LinearModel { k_i: -1.0, ..good }, "k_i"),
+        (LinearModel { leak_rate: -1.0, ..good }, "leak_rate"),
         (LinearModel { inertia_ratio: 0.0, ..good }, "inertia_ratio"),
     ] {
         let named = |e: Error| e.parameter() == name && out_of_range(e);
@@ -173,9 +197,9 @@ fn field_out_of_range_is_refused_by_name() {
 fn period_and_delay_out_of_range_are_refused_by_name() {
     let good = model(CONCAT_7);
     let zero = good.sampled_radius(0.0, 0).unwrap_err();
-    assert!(zero.parameter() == "period" && out_of_range(zero), "{zero}");
+    assert!(zero.parameter() == "control_period" && out_of_range(zero), "{zero}");
     let nan = good.sampled_radius(f64::NAN, 0).unwrap_err();
-    assert_eq!(nan.parameter(), "period");
+    assert_eq!(nan.parameter(), "control_period");
     assert!(matches!(nan.problem(), Problem::NotFinite { .. }), "{nan}");
     let too_many = Error::too_many("delay_samples", Some(9), 8);
     assert_eq!(good.sampled_radius(1e-3, 9).unwrap_err(), too_many);

@@ -110,7 +110,7 @@ def test_what_a_tracker_was_built_with_is_part_of_new() -> None:
     made.reset(last_tau=9.0)
     made.reset()
     assert made.__getstate__() == fresh.__getstate__()
-    assert made.__reduce__()[1][-1] == [5.0] * 7
+    assert list(made.__reduce__()[1][-1]) == [5.0] * 7
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1.1e10, [1.0, 2.0, 3.0]], ids=str)

@@ -143,7 +143,7 @@ SCALARS = [
     (riccati, ("gamma",)),
     (quintic, ("duration", "start_time")),
     (fit, ("ridge",)),
-    (design, ("period", "inertia_ratio")),
+    (design, ("control_period", "inertia_ratio")),
 ]
 EACH_SCALAR = [
     pytest.param(call, name, id=f"{call.__name__}-{name}")
@@ -502,11 +502,6 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, r"x: got shape \(2, 3\), wants \(samples, 4\)", lambda: fit()(np.zeros((2, 3)))),
     # the design report
     (TypeError, r"tracker: got int, wants a ComputedTorque", lambda: design(tracker=3)),
-    (
-        TypeError,
-        r"tracker: got one without a compensator",
-        lambda: design(tracker=computed_torque()),
-    ),
     (ValueError, r"delay: got -1, wants a whole number >= 0", lambda: design(delay=-1)),
     (TypeError, r"delay: got float, wants a whole number >= 0", lambda: design(delay=1.5)),
     (

@@ -447,14 +447,21 @@ def test_a_random_word_in_a_saved_state_is_refused_or_harmless(seed: int) -> Non
     word = int(random.integers((len(saved) - 20) // 8))
     bits = int(random.integers(2**64, dtype=np.uint64))
     old_word = int.from_bytes(saved[12 + 8 * word : 20 + 8 * word], "little")
-    value = [bits, old_word ^ 1 << (bits % 64), int(np.float64(bits % 10).view(np.uint64))][bits % 3]
+    value = [bits, old_word ^ 1 << (bits % 64), int(np.float64(bits % 10).view(np.uint64))][
+        bits % 3
+    ]
     bad = forged(saved, word, value)
     try:
         controller.__setstate__(bad)
     except ValueError:
         assert controller.__getstate__() == saved
         return
-    assert controller.__getstate__() == bad
+    taken = controller.__getstate__()
+    # A weight that no step leaves so small is taken as zero.
+    tiny = 0.0 < abs(np.uint64(value).view(np.float64)) < 1e-150
+    assert taken == bad or tiny
+    controller.__setstate__(taken)
+    assert controller.__getstate__() == taken
     for sample in samples(5, seed=1):
         try:
             assert np.isfinite(controller.step(*sample, 1e-3)).all()

@@ -6,8 +6,8 @@ use steadyarm::control::{
 use steadyarm::paper;
 use steadyarm::reference::Reference;
 use steadyarm::scenario::{
-    BasisSettings, CompensatorSettings, MethodName, Motion, MotionSettings, Numbers,
-    QuinticSettings, Rules, RunSettings, Scenario, SinesSettings,
+    BasisSettings, CompensatorSettings, Curve, CurveSettings, MethodName, Numbers, QuinticSettings,
+    Rules, RunSettings, Scenario, SinesSettings,
 };
 use steadyarm::sim::{Method, Options, Tolerance};
 
@@ -53,9 +53,9 @@ fn the_papers_scenario_builds_the_papers_objects() {
         let Scenario { two_link, plant, compensator, .. } = &read;
         assert_eq!(two_link.as_ref().unwrap().build(), paper::nominal());
         assert_eq!(plant.as_ref().unwrap().build(), paper::actual());
-        let Motion::Sines(sines) = read.reference::<2>().unwrap().unwrap() else { panic!() };
+        let Curve::Sines(sines) = read.reference::<2>().unwrap().unwrap() else { panic!() };
         assert_eq!(sines.harmonics(), paper::reference().unwrap().harmonics());
-        let Motion::Sines(sines) = read.disturbance::<2>().unwrap().unwrap() else { panic!() };
+        let Curve::Sines(sines) = read.disturbance::<2>().unwrap().unwrap() else { panic!() };
         assert_eq!(sines.harmonics(), paper::disturbance().unwrap().harmonics());
         let parameters = compensator.as_ref().unwrap().parameters::<2>().unwrap();
         assert_eq!(parameters, *paper::controller(reading).unwrap().compensator.parameters());
@@ -110,8 +110,8 @@ fn unusual() -> Scenario {
     Scenario {
         run: Some(run),
         compensator: Some(compensator),
-        reference: Some(MotionSettings::Quintic(quintic)),
-        disturbance: Some(MotionSettings::Sines(sines)),
+        reference: Some(CurveSettings::Quintic(quintic)),
+        disturbance: Some(CurveSettings::Sines(sines)),
         ..Scenario::default()
     }
 }

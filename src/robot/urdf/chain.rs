@@ -1,7 +1,7 @@
 //! From the tree to the chain: every link belongs to the last joint before it that lies between
 //! base and tip.
 
-use super::elements::Source;
+use super::elements::Document;
 use super::joint::{Drive, JointPart, JointType};
 use super::layout::{Layout, Part};
 use super::options::UrdfOptions;
@@ -16,7 +16,7 @@ use crate::robot::{Description, JointDescription, ReadError};
 
 /// The chain of a path; its name and the notes on unused elements are for the caller.
 pub(super) fn description(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     path: &Path,
     rotors: &Rotors,
@@ -72,7 +72,7 @@ pub(super) fn description(
 /// Refuses a last link without mass. Those before it need none, as what hangs on them has mass:
 /// whether the mass matrix is positive definite is for the arm to judge.
 fn refuse_massless(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     layout: &Layout,
     bodies: &[Vec<Part>],
@@ -141,7 +141,7 @@ fn part_notes(tree: &Tree, parts: &[Part], body: &JointDescription) -> Vec<Strin
 
 /// A refusal with its line: of the first link that is no body, or of the joint.
 fn located(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     (layout, bodies): (&Layout, &[Vec<Part>]),
     refusal: Refusal,

@@ -12,7 +12,7 @@ use crate::robot::{ReadError, frames};
 const BLOCK: usize = 1024;
 
 /// The file's text, which turns positions into lines and has the names as they are written.
-pub(super) struct Source<'a> {
+pub(super) struct Document<'a> {
     text: &'a str,
     /// The line in which each block begins, and that of the end.
     lines: Vec<usize>,
@@ -24,7 +24,7 @@ const DEFINITIONS: [&str; 3] = ["property", "arg", "macro"];
 const EXPAND: &str = "wants URDF; expand it first: `pip install xacrodoc`, then \
     `xacrodoc robot.urdf.xacro -o robot.urdf` (or ROS's `xacro robot.urdf.xacro -o robot.urdf`)";
 
-impl<'a> Source<'a> {
+impl<'a> Document<'a> {
     pub fn new(text: &'a str) -> Self {
         let mut lines = vec![1];
         for block in text.as_bytes().chunks(BLOCK) {

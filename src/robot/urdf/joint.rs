@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use roxmltree::Node;
 
-use super::elements::{Source, attribute_at};
+use super::elements::{Document, attribute_at};
 use crate::arm::{JointLimits, Pose};
 use crate::robot::ReadError;
 use crate::robot::error::quoted;
@@ -49,7 +49,7 @@ const NO_LIMITS: JointLimits = JointLimits {
 };
 
 impl<'n, 'i> JointPart<'n, 'i> {
-    pub fn read(source: &Source, node: Node<'n, 'i>) -> Result<Self, ReadError> {
+    pub fn read(source: &Document, node: Node<'n, 'i>) -> Result<Self, ReadError> {
         let name = source.text(node, "name", "joint")?;
         let owner = format!("joint {}", quoted(name));
         Ok(Self {
@@ -68,13 +68,13 @@ impl<'n, 'i> JointPart<'n, 'i> {
     }
 
     /// Its frame in that of the parent.
-    pub fn origin(&self, source: &Source) -> Result<Pose, ReadError> {
+    pub fn origin(&self, source: &Document) -> Result<Pose, ReadError> {
         source.refuse_macros(self.node)?;
         source.origin(self.node, &self.owner())
     }
 
     /// Axis, limits and friction.
-    pub fn drive(&self, source: &Source) -> Result<Drive, ReadError> {
+    pub fn drive(&self, source: &Document) -> Result<Drive, ReadError> {
         let (node, owner) = (self.node, self.owner());
         let mut notes = Vec::new();
         let (damping, friction) = match source.child(node, "dynamics", &owner)? {
@@ -98,7 +98,7 @@ impl<'n, 'i> JointPart<'n, 'i> {
     }
 }
 
-fn joint_type(source: &Source, node: Node, owner: &str) -> Result<JointType, ReadError> {
+fn joint_type(source: &Document, node: Node, owner: &str) -> Result<JointType, ReadError> {
     Ok(match source.text(node, "type", owner)? {
         "fixed" => JointType::Fixed,
         "revolute" => JointType::Revolute,
@@ -119,7 +119,7 @@ fn joint_type(source: &Source, node: Node, owner: &str) -> Result<JointType, Rea
 
 /// The link that `<parent>` or `<child>` names.
 fn end<'n>(
-    source: &Source,
+    source: &Document,
     node: Node<'n, '_>,
     which: &str,
     owner: &str,
@@ -135,7 +135,7 @@ fn end<'n>(
 
 /// The axis, of length 1; x where the file does not say.
 fn axis(
-    source: &Source,
+    source: &Document,
     node: Node,
     owner: &str,
     joint_type: JointType,
@@ -167,7 +167,7 @@ fn is_unit(axis: &Vector3<f64>) -> bool {
 }
 
 fn limits(
-    source: &Source,
+    source: &Document,
     node: Node,
     owner: &str,
     joint_type: JointType,
@@ -202,7 +202,7 @@ fn limits(
 
 /// Lower and upper; both 0, or both absent, are none.
 fn range(
-    source: &Source,
+    source: &Document,
     limit: Node,
     owner: &str,
     notes: &mut Vec<String>,

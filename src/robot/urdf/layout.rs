@@ -1,6 +1,6 @@
 //! Which links move with which joint of a chain, and what mass they have.
 
-use super::elements::Source;
+use super::elements::Document;
 use super::link::Inertial;
 use super::options::UrdfOptions;
 use super::path::Path;
@@ -49,7 +49,7 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn of(source: &Source, tree: &Tree, path: &Path) -> Result<Self, ReadError> {
+    pub fn of(source: &Document, tree: &Tree, path: &Path) -> Result<Self, ReadError> {
         let mut on_path = vec![false; tree.joints.len()];
         path.joints.iter().for_each(|&joint| on_path[joint] = true);
         let mut layout = Self { places: vec![None; tree.links.len()], ..Self::default() };
@@ -98,7 +98,7 @@ impl Layout {
     /// The mass distributions that each joint of the chain moves, in the joint's frame.
     pub fn bodies(
         &mut self,
-        source: &Source,
+        source: &Document,
         tree: &Tree,
         path: &Path,
         options: &UrdfOptions,

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use roxmltree::Node;
 
-use super::elements::Source;
+use super::elements::Document;
 use super::solid;
 use crate::arm::Inertia;
 use crate::math::Matrix;
@@ -32,12 +32,12 @@ impl Inertial {
 }
 
 impl<'n, 'i> LinkPart<'n, 'i> {
-    pub fn read(source: &Source, node: Node<'n, 'i>) -> Result<Self, ReadError> {
+    pub fn read(source: &Document, node: Node<'n, 'i>) -> Result<Self, ReadError> {
         Ok(Self { name: source.text(node, "name", "link")?, at: node.range().start, node })
     }
 
     /// `<inertial>`, if there is one.
-    pub fn inertial(&self, source: &Source) -> Result<Option<Inertial>, ReadError> {
+    pub fn inertial(&self, source: &Document) -> Result<Option<Inertial>, ReadError> {
         source.refuse_macros(self.node)?;
         let owner = format!("link {}", quoted(self.name));
         let element = source.child(self.node, "inertial", &owner)?;
@@ -47,14 +47,14 @@ impl<'n, 'i> LinkPart<'n, 'i> {
     /// The uniform body of this mass in the link's shape, and the element that gives the shape.
     pub fn uniform(
         &self,
-        source: &Source,
+        source: &Document,
         mass: f64,
     ) -> Result<Option<(Inertia, &'static str)>, ReadError> {
         solid::uniform(source, self.node, &format!("link {}", quoted(self.name)), mass)
     }
 
     /// The complaint about a mass distribution that no rigid body can have, if it is one.
-    pub fn problem(&self, source: &Source, inertial: &Inertial, more: &str) -> Option<ReadError> {
+    pub fn problem(&self, source: &Document, inertial: &Inertial, more: &str) -> Option<ReadError> {
         let Inertial { inertia, mass_at, moments_at } = inertial;
         let problem = checks::body_problem(inertia)?;
         let owner = format!("link {}", quoted(self.name));
@@ -67,7 +67,7 @@ impl<'n, 'i> LinkPart<'n, 'i> {
     }
 }
 
-fn inertial(source: &Source, node: Node, owner: &str) -> Result<Inertial, ReadError> {
+fn inertial(source: &Document, node: Node, owner: &str) -> Result<Inertial, ReadError> {
     source.refuse_macros(node)?;
     let at = node.range().start;
     let needed = |name: &str| {

@@ -26,7 +26,7 @@ pub use options::UrdfOptions;
 
 use super::error::quoted;
 use super::{Description, ReadError, files};
-use elements::Source;
+use elements::Document;
 use path::Path;
 use transmission::Rotors;
 use tree::Tree;
@@ -73,7 +73,7 @@ impl Description {
         let lenient = lenient::lenient(text);
         let document = roxmltree::Document::parse_with_options(&lenient, parsing)
             .map_err(|error| not_xml(text, &error))?;
-        let source = Source::new(text);
+        let source = Document::new(text);
         let robot = document.root_element();
         if source.name(robot) != "robot" {
             let message =

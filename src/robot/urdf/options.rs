@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::elements::Source;
+use super::elements::Document;
 use super::link::{Inertial, LinkPart};
 use super::tree::Tree;
 use crate::arm::{Inertia, Unphysical};
@@ -80,7 +80,7 @@ impl UrdfOptions {
     /// The mass distribution of a link that moves, and what its file's was replaced by.
     pub(super) fn inertial(
         &self,
-        source: &Source,
+        source: &Document,
         link: &LinkPart,
         notes: &mut Vec<String>,
     ) -> Result<Option<Inertial>, ReadError> {

@@ -3,7 +3,7 @@
 //! A tip that is named is followed back to the base, and what does not lie between them may be as
 //! it likes. Without one it is found from the whole tree, which then must be right.
 
-use super::elements::Source;
+use super::elements::Document;
 use super::joint::JointType;
 use super::tree::Tree;
 use crate::robot::ReadError;
@@ -24,7 +24,7 @@ pub(super) struct Path {
 
 impl Path {
     pub fn of(
-        source: &Source,
+        source: &Document,
         tree: &Tree,
         base: Option<&str>,
         tip: Option<&str>,
@@ -56,7 +56,7 @@ impl Path {
 
 /// The joints from the base, or else from the root, to the tip.
 fn back(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     base: Option<usize>,
     tip: usize,
@@ -121,7 +121,7 @@ fn only_end(tree: &Tree, base: usize) -> Result<usize, ReadError> {
 }
 
 /// Refuses a joint between base and tip that is not moved by one motor of its own.
-fn refuse_dependent(source: &Source, tree: &Tree, joint: usize) -> Result<(), ReadError> {
+fn refuse_dependent(source: &Document, tree: &Tree, joint: usize) -> Result<(), ReadError> {
     let joint = &tree.joints[joint];
     let name = quoted(joint.name);
     let what = match (joint.joint_type, joint.mimic) {

@@ -3,7 +3,7 @@
 
 use nalgebra::Vector3;
 
-use super::elements::Source;
+use super::elements::Document;
 use super::joint::JointType;
 use super::layout::{Layout, left_out};
 use super::path::Path;
@@ -20,7 +20,7 @@ const GRIPPER: [&str; 6] = ["finger", "gripper", "jaw", "knuckle", "thumb", "cla
 
 /// Turns gravity into the base's axes and notes what is not as one would think.
 pub(super) fn add(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     path: &Path,
     layout: &Layout,
@@ -63,7 +63,7 @@ const NO_ROTOR: &str = "no rotor inertia in this file: behind a gear, gear² · 
 
 /// Gravity is given in the root's axes: g_base = Rᵀ g_root.
 fn gravity(
-    source: &Source,
+    source: &Document,
     tree: &Tree,
     path: &Path,
     description: &mut Description,

@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use nalgebra::Vector3;
 use roxmltree::Node;
 
-use super::elements::Source;
+use super::elements::Document;
 use crate::arm::Inertia;
 use crate::math::Matrix;
 use crate::robot::ReadError;
@@ -18,7 +18,7 @@ use crate::robot::ReadError;
 /// The body of this mass in the shape of `<collision>`, or else of `<visual>`, and which of them.
 /// None if there is no shape, or one that is a mesh: meshes are never opened.
 pub(super) fn uniform(
-    source: &Source,
+    source: &Document,
     link: Node,
     owner: &str,
     mass: f64,
@@ -42,7 +42,7 @@ pub(super) fn uniform(
 
 /// A shape of density 1 in the link's frame; none for a mesh.
 fn part(
-    source: &Source,
+    source: &Document,
     shape: Node,
     geometry: Node,
     owner: &str,

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
-use super::elements::Source;
+use super::elements::Document;
 use crate::robot::ReadError;
 use crate::robot::error::quoted;
 
@@ -28,7 +28,7 @@ pub(super) struct Rotors {
 impl Rotors {
     /// Of the joints in `chain`; the others' transmissions are not looked at.
     pub fn read(
-        source: &Source,
+        source: &Document,
         robot: Node,
         chain: impl Fn(&str) -> bool,
     ) -> Result<Self, ReadError> {
@@ -43,7 +43,7 @@ impl Rotors {
 
     fn add(
         &mut self,
-        source: &Source,
+        source: &Document,
         node: Node,
         chain: impl Fn(&str) -> bool,
     ) -> Result<(), ReadError> {
@@ -86,7 +86,7 @@ impl Rotors {
     /// n² J_m, if J_m is stated; what says otherwise is noted.
     fn armature(
         &mut self,
-        source: &Source,
+        source: &Document,
         node: Node,
         joint: &str,
     ) -> Result<Option<f64>, ReadError> {
@@ -126,13 +126,13 @@ impl Rotors {
 }
 
 /// True if the transmission says something of a rotor.
-pub(super) fn states_rotor(source: &Source, node: Node) -> bool {
+pub(super) fn states_rotor(source: &Document, node: Node) -> bool {
     [DRAKE[1], ROS[1]].iter().any(|name| named(source, node, name).next().is_some())
 }
 
 /// The elements of that name, with any prefix, in a transmission.
 fn named<'s, 'n: 's, 'i: 's>(
-    source: &'s Source,
+    source: &'s Document,
     node: Node<'n, 'i>,
     name: &'s str,
 ) -> impl Iterator<Item = Node<'n, 'i>> + 's {
@@ -140,7 +140,7 @@ fn named<'s, 'n: 's, 'i: 's>(
 }
 
 /// The number in an element's `value`, or else in its text.
-fn number(source: &Source, node: Node) -> Result<f64, ReadError> {
+fn number(source: &Document, node: Node) -> Result<f64, ReadError> {
     if let Some(value) = source.number(node, "value", "transmission", false)? {
         return Ok(value);
     }
@@ -159,7 +159,7 @@ fn number(source: &Source, node: Node) -> Result<f64, ReadError> {
 }
 
 /// A note on a number that is not that which was used.
-fn left_over(source: &Source, node: Node, joint: &str, used: [Option<Node>; 2]) -> String {
+fn left_over(source: &Document, node: Node, joint: &str, used: [Option<Node>; 2]) -> String {
     let stated: Vec<_> = used.into_iter().flatten().map(|node| source.name(node)).collect();
     let line = source.line(node.range().start);
     format!(

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use roxmltree::Node;
 
-use super::elements::Source;
+use super::elements::Document;
 use super::joint::JointPart;
 use super::link::LinkPart;
 use super::names::near;
@@ -37,7 +37,7 @@ pub(super) struct Tree<'n, 'i> {
 }
 
 impl<'n, 'i> Tree<'n, 'i> {
-    pub fn read(source: &Source, robot: Node<'n, 'i>) -> Result<Self, ReadError> {
+    pub fn read(source: &Document, robot: Node<'n, 'i>) -> Result<Self, ReadError> {
         let elements = |name| robot.children().filter(move |node: &Node| node.has_tag_name(name));
         let mut tree = Self::default();
         for node in elements("link") {
@@ -66,7 +66,7 @@ impl<'n, 'i> Tree<'n, 'i> {
         })
     }
 
-    fn add_link(&mut self, source: &Source, node: Node<'n, 'i>) {
+    fn add_link(&mut self, source: &Document, node: Node<'n, 'i>) {
         let link = match LinkPart::read(source, node) {
             Ok(link) => link,
             Err(error) => return self.leave_out(error, None),
@@ -82,7 +82,7 @@ impl<'n, 'i> Tree<'n, 'i> {
 
     fn add_joint(
         &mut self,
-        source: &Source,
+        source: &Document,
         joint: JointPart<'n, 'i>,
         names: &mut BTreeSet<&'n str>,
     ) -> Result<(), ReadError> {
@@ -111,7 +111,7 @@ impl<'n, 'i> Tree<'n, 'i> {
     /// The link that a joint names.
     fn end(
         &self,
-        source: &Source,
+        source: &Document,
         joint: &JointPart,
         which: &str,
         name: &str,
@@ -151,7 +151,7 @@ impl<'n, 'i> Tree<'n, 'i> {
     }
 
     /// The root of a file in which all is right.
-    pub fn only_root(&self, source: &Source) -> Result<usize, ReadError> {
+    pub fn only_root(&self, source: &Document) -> Result<usize, ReadError> {
         if let Some(fault) = self.faults.first() {
             return Err(fault.clone());
         }
@@ -179,7 +179,7 @@ impl<'n, 'i> Tree<'n, 'i> {
 
     /// Every link must be reached from the root; as each has one parent, those that are not go in
     /// circles.
-    fn refuse_circles(&self, source: &Source, root: usize) -> Result<(), ReadError> {
+    fn refuse_circles(&self, source: &Document, root: usize) -> Result<(), ReadError> {
         let mut reached = vec![false; self.links.len()];
         let mut waiting = vec![root];
         while let Some(link) = waiting.pop() {
@@ -192,7 +192,7 @@ impl<'n, 'i> Tree<'n, 'i> {
         }
     }
 
-    pub fn circle(&self, source: &Source, joint: usize) -> ReadError {
+    pub fn circle(&self, source: &Document, joint: usize) -> ReadError {
         let joint = &self.joints[joint];
         let message = format!(
             "joint {}: got a loop, its links hang on themselves; wants a tree",
@@ -202,6 +202,6 @@ impl<'n, 'i> Tree<'n, 'i> {
     }
 }
 
-fn twice(source: &Source, what: &str, name: &str, at: usize) -> ReadError {
+fn twice(source: &Document, what: &str, name: &str, at: usize) -> ReadError {
     source.error(at, format!("{what} {}: got a name given twice, wants another", quoted(name)))
 }

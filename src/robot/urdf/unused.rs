@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use roxmltree::Node;
 
-use super::elements::Source;
+use super::elements::Document;
 use super::transmission::states_rotor;
 
 const IN_LINK: [&str; 1] = ["inertial"];
@@ -14,7 +14,7 @@ const IN_JOINT: [&str; 7] = ["origin", "parent", "child", "axis", "limit", "dyna
 const MOST_NOTES: usize = 20;
 
 /// A note for each name of an unused element, in the order of their first appearance.
-pub(super) fn notes(source: &Source, robot: Node) -> Vec<String> {
+pub(super) fn notes(source: &Document, robot: Node) -> Vec<String> {
     let mut found: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let mut add = |node: Node| {
         found.entry(source.name(node)).or_insert((node.range().start, 0)).1 += 1;
@@ -47,7 +47,7 @@ pub(super) fn notes(source: &Source, robot: Node) -> Vec<String> {
     notes
 }
 
-fn note(source: &Source, at: usize, name: &str, count: usize) -> String {
+fn note(source: &Document, at: usize, name: &str, count: usize) -> String {
     let line = source.line(at);
     match count {
         1 => format!("<{name}> in line {line}: not used"),

@@ -3,7 +3,7 @@
 use crate::common::{
     Adaptive, AdaptiveState, Random, bits, ended, everything, fresh, law, learnt, modified,
 };
-use steadyarm::control::{Inputs, Limits};
+use steadyarm::control::{Adaptation, Inputs, Limits, Origin};
 use steadyarm::fuzzy::Form;
 use steadyarm::reference::Setpoint;
 use steadyarm::{Error, Problem};
@@ -123,4 +123,53 @@ fn a_file_from_before_it_had_norms_is_read() {
         assert_eq!(learnt(&controller, &restored), learnt(&controller, &state));
         assert_eq!(restored.last_tau, state.last_tau);
     }
+}
+
+#[test]
+fn a_file_of_version_1_is_taken_and_says_that_it_does_not_say_whose_it_is() {
+    let adaptation = Adaptation { leak_rate: 0.1, ..law(7.0) };
+    let controller = modified(Form::Shared, true, Inputs::error(), adaptation);
+    let old = include_bytes!("../../python/files/state_1_shared.bin");
+    let mut state = fresh(&controller);
+    assert_eq!(controller.restore(&mut state, old), Ok(Origin::Unknown));
+    assert_eq!((state.steps, state.last_tau.is_some()), (50, true));
+    assert!(learnt(&controller, &state).iter().any(|w| *w != 0.0));
+    // What is saved now says it.
+    let bytes = controller.save(&state);
+    assert_eq!(controller.restore(&mut state, &bytes), Ok(Origin::Same));
+}
+
+#[test]
+fn a_state_of_another_meaning_is_taken_only_by_those_who_say_so() {
+    let controller = controller(Form::Shared, false);
+    let bytes = controller.save(&taught(&controller, false));
+    let mut other = controller.clone();
+    other.law.gains.kp[1] += 1e-9;
+    let mut state = fresh(&other);
+    let differs = other.restore(&mut state, &bytes).unwrap_err().problem();
+    assert!(
+        matches!(
+            differs,
+            Problem::OtherController {
+                arm: false,
+                gains: true,
+                compensator: false,
+                basis: false,
+                ..
+            }
+        ),
+        "{differs:?}"
+    );
+    assert_eq!(state.steps, 0);
+    assert_eq!(other.restore_from_other(&mut state, &bytes), Ok(Origin::Other));
+    assert_eq!(state.steps, 500);
+}
+
+#[test]
+fn pieces_of_a_state_are_its_bytes() {
+    let controller = controller(Form::Concat, true);
+    let state = taught(&controller, true);
+    let mut pieces = Vec::new();
+    controller.save_to(&state, &mut |piece| pieces.extend_from_slice(piece));
+    assert_eq!(pieces, controller.save(&state));
 }

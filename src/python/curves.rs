@@ -15,35 +15,35 @@ use super::form::{New, PyForm};
 use super::per_joint::{amplitudes, other_count, per_joint, rows};
 use crate::reference::{Reference, Setpoint};
 use crate::scenario::{
-    Motion, MotionSettings, PerJoint, QuinticSettings, SinesSettings, TableSettings,
+    Curve, CurveSettings, PerJoint, QuinticSettings, SinesSettings, TableSettings,
 };
 
 by_joints! {
     /// A motion of any joint count.
-    Motions of Motion
+    Curves of Curve
 }
 
 /// A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
 ///
 /// Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
-#[pyclass(name = "Motion", module = "steadyarm", subclass, frozen, extends = PyForm)]
-pub(super) struct PyMotion {
+#[pyclass(name = "Curve", module = "steadyarm", subclass, frozen, extends = PyForm)]
+pub(super) struct PyCurve {
     /// `None`: any.
     pub joints: Option<usize>,
-    motions: Motions,
-    settings: Arc<MotionSettings>,
+    motions: Curves,
+    settings: Arc<CurveSettings>,
 }
 
-impl PyMotion {
+impl PyCurve {
     /// For an arm; what is one number counts for all its joints.
-    pub fn motion<const N: usize>(&self) -> PyResult<Motion<N>> {
-        let made = each!(&self.motions, Motions, motion => of_joints::<Motion<N>>(&**motion));
+    pub fn motion<const N: usize>(&self) -> PyResult<Curve<N>> {
+        let made = each!(&self.motions, Curves, motion => of_joints::<Curve<N>>(&**motion));
         made.map_or_else(|| self.settings.build().map_err(value_error), |made| Ok(made.clone()))
     }
 
     /// The class of this motion, above it.
     fn under<T: pyo3::PyClass<BaseType = Self>>(
-        settings: MotionSettings,
+        settings: CurveSettings,
         class: T,
     ) -> PyResult<PyClassInitializer<T>> {
         let joints = settings.joints().map_err(other_count)?;
@@ -54,29 +54,29 @@ impl PyMotion {
     }
 
     /// The object of a motion.
-    pub fn object<'py>(py: Python<'py>, motion: &MotionSettings) -> PyResult<Bound<'py, PyAny>> {
+    pub fn object<'py>(py: Python<'py>, motion: &CurveSettings) -> PyResult<Bound<'py, PyAny>> {
         let settings = motion.clone();
         match motion {
-            MotionSettings::Sines(_) => New(Self::under(settings, PySines)?).into_bound_py_any(py),
-            MotionSettings::Quintic(_) => {
+            CurveSettings::Sines(_) => New(Self::under(settings, PySines)?).into_bound_py_any(py),
+            CurveSettings::Quintic(_) => {
                 New(Self::under(settings, PyQuintic)?).into_bound_py_any(py)
             }
-            MotionSettings::Table(_) => New(Self::under(settings, PyTable)?).into_bound_py_any(py),
+            CurveSettings::Table(_) => New(Self::under(settings, PyTable)?).into_bound_py_any(py),
         }
     }
 }
 
-fn motions<const N: usize>(settings: &MotionSettings) -> PyResult<Motions>
+fn motions<const N: usize>(settings: &CurveSettings) -> PyResult<Curves>
 where
-    Motions: From<Motion<N>>,
+    Curves: From<Curve<N>>,
 {
     Ok(settings.build::<N>()?.into())
 }
 
 #[pymethods]
-impl PyMotion {
+impl PyCurve {
     fn __call__(&self, t: Any<'_, '_>) -> PyResult<(Array<1>, Array<1>, Array<1>)> {
-        each!(&self.motions, Motions, motion => {
+        each!(&self.motions, Curves, motion => {
             let Setpoint { q, dq, ddq } = motion.at(finite_scalar(t, "t")?);
             Ok((q.into(), dq.into(), ddq.into()))
         })
@@ -93,7 +93,7 @@ impl PyMotion {
 /// frequency: ω [rad/s], (K,) or a scalar.
 /// sin, cos: amplitudes, (K, n), or scalar or (n,) if ``frequency`` is a scalar; 0 by default.
 /// offset: scalar or (n,); 0 by default.
-#[pyclass(name = "Sines", module = "steadyarm", frozen, extends = PyMotion)]
+#[pyclass(name = "Sines", module = "steadyarm", frozen, extends = PyCurve)]
 pub(super) struct PySines;
 
 #[pymethods]
@@ -124,7 +124,7 @@ impl PySines {
             // Without rows, the constant part says how many joints there are.
             sines.offset = PerJoint::Each(sines.offset.values(joints));
         }
-        PyMotion::under(MotionSettings::Sines(sines), Self)
+        PyCurve::under(CurveSettings::Sines(sines), Self)
     }
 }
 
@@ -132,7 +132,7 @@ impl PySines {
 ///
 /// ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
 /// Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
-#[pyclass(name = "Quintic", module = "steadyarm", frozen, extends = PyMotion)]
+#[pyclass(name = "Quintic", module = "steadyarm", frozen, extends = PyCurve)]
 pub(super) struct PyQuintic;
 
 #[pymethods]
@@ -149,7 +149,7 @@ impl PyQuintic {
         let duration = scalar(duration, "duration")?;
         let start_time = scalar_or(start_time, 0.0, "start_time")?;
         let quintic = QuinticSettings { start, goal, duration, start_time };
-        PyMotion::under(MotionSettings::Quintic(quintic), Self)
+        PyCurve::under(CurveSettings::Quintic(quintic), Self)
     }
 }
 
@@ -163,7 +163,7 @@ impl PyQuintic {
 /// q: positions [rad], (T, n).
 /// dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, n); both, or neither: they then come
 ///     from ``q``.
-#[pyclass(name = "Table", module = "steadyarm", frozen, extends = PyMotion)]
+#[pyclass(name = "Table", module = "steadyarm", frozen, extends = PyCurve)]
 pub(super) struct PyTable;
 
 #[pymethods]
@@ -199,6 +199,6 @@ impl PyTable {
         let dq = dq.map(|dq| samples_of(dq, "dq")).transpose()?;
         let ddq = ddq.map(|ddq| samples_of(ddq, "ddq")).transpose()?;
         let table = TableSettings { t: times.values, q, dq, ddq };
-        PyMotion::under(MotionSettings::Table(table), Self)
+        PyCurve::under(CurveSettings::Table(table), Self)
     }
 }

@@ -1,4 +1,4 @@
-//! Motions and disturbances: sums of sines, quintics, tables.
+//! Curves over time, for references and disturbances: sums of sines, quintics, tables.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,9 +7,9 @@ use crate::error::{Error, Problem, Result, length};
 use crate::math::{Vector, part};
 use crate::reference::{Harmonic, Quintic, Reference, Setpoint, Sines, Table};
 
-/// A motion of `N` joints.
+/// A curve over time of `N` joints: a motion, or a disturbance.
 #[derive(Clone, Debug)]
-pub enum Motion<const N: usize> {
+pub enum Curve<const N: usize> {
     /// A sum of sines.
     Sines(Sines<N, Vec<Harmonic<N>>>),
     /// Point to point.
@@ -18,7 +18,7 @@ pub enum Motion<const N: usize> {
     Table(Table<N, Vec<f64>>),
 }
 
-impl<const N: usize> Motion<N> {
+impl<const N: usize> Curve<N> {
     /// The position alone, without its derivatives.
     #[inline(always)]
     pub fn position(&self, t: f64) -> Vector<N> {
@@ -29,7 +29,7 @@ impl<const N: usize> Motion<N> {
     }
 }
 
-impl<const N: usize> Reference<N> for Motion<N> {
+impl<const N: usize> Reference<N> for Curve<N> {
     #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
         part::<N, _>(|| match self {
@@ -40,10 +40,10 @@ impl<const N: usize> Reference<N> for Motion<N> {
     }
 }
 
-/// A motion of any joint count.
+/// A curve over time of any joint count.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum MotionSettings {
+pub enum CurveSettings {
     /// A sum of sines.
     Sines(SinesSettings),
     /// Point to point.
@@ -52,16 +52,16 @@ pub enum MotionSettings {
     Table(TableSettings),
 }
 
-impl MotionSettings {
+impl CurveSettings {
     /// The motion of `N` joints.
     ///
     /// # Errors
     /// Naming the parameter: it is of another joint count, or as the motion's own constructor says.
-    pub fn build<const N: usize>(&self) -> Result<Motion<N>> {
+    pub fn build<const N: usize>(&self) -> Result<Curve<N>> {
         match self {
-            Self::Sines(sines) => sines.build().map(Motion::Sines),
-            Self::Quintic(quintic) => quintic.build().map(Motion::Quintic),
-            Self::Table(table) => table.build().map(Motion::Table),
+            Self::Sines(sines) => sines.build().map(Curve::Sines),
+            Self::Quintic(quintic) => quintic.build().map(Curve::Quintic),
+            Self::Table(table) => table.build().map(Curve::Table),
         }
     }
 
