@@ -46,7 +46,7 @@ impl<const N: usize> Choices<'_, N> {
     /// Those that do nothing, or ruin it.
     ///
     /// # Errors
-    /// As [`LinearModel::gain_at`].
+    /// As `LinearModel::gain_at`.
     pub fn findings(&self) -> Result<Vec<Finding>> {
         let mut found: Vec<Finding> = (0..N).filter_map(|joint| self.swapped(joint)).collect();
         found.extend(self.far_start());
