@@ -815,7 +815,7 @@ class Guard:
     Parameters
     ----------
     tracker: the controller; the guard steps it.
-    period: nominal period of the loop [s], 1e-9 to 1.
+    control_period: nominal period of the loop [s], 1e-9 to 1.
     position_limits: (n, 2) [rad]; outside, the guard stops. None: the nominal arm's.
     velocity_limit: [rad/s], scalar or (n,). Faster, the guard stops; a position that moved farther
         than that since the last sample is not used. None: the nominal arm's.
@@ -826,7 +826,7 @@ class Guard:
     slack: what a position may change beyond its speed limit [rad], such as an encoder's step.
     hold, decay: periods without a good sample in which the torque is held, and in which it decays.
     stiffness, damping: of the brake [N·m/rad, N·m·s/rad], scalar or (n,). None: those of a double
-        pole at -min(0.1 / period, 20) 1/s for the inertias of the nominal arm at q = 0.
+        pole at -min(0.1 / control_period, 20) 1/s for the inertias of the nominal arm at q = 0.
     deceleration: of the brake [rad/s²], scalar or (n,).
     last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,); None: the one that
         carries the arm at the first good sample.
@@ -840,7 +840,7 @@ class Guard:
     def __new__(
         cls,
         tracker: ComputedTorque,
-        period: float,
+        control_period: float,
         *,
         position_limits: ArrayLike | None = None,
         velocity_limit: ArrayLike | None = None,
@@ -919,7 +919,7 @@ class Guard:
         """The controller that it guards."""
 
     @property
-    def period(self) -> float:
+    def control_period(self) -> float:
         """Nominal period of the loop [s]."""
 
 @final

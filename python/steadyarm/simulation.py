@@ -58,7 +58,7 @@ def simulate(
     ----------
     plant: what is really there.
     tracker: the controller, or a `Guard` around one; the guard stays as it was too. A guard's run
-        needs its ``period`` for a ``control_period``, tells what it did in ``run.guard``, and
+        needs its ``control_period``, tells what it did in ``run.guard``, and
         cannot be replayed.
     reference: `Sines`, `Quintic`, `Table`, or a callable ``t -> (q_d, dq_d, ddq_d)``.
     duration: length [s], a whole number of ``dt``.

@@ -24,7 +24,7 @@ use crate::reference::Setpoint;
 /// Parameters
 /// ----------
 /// tracker: the controller; the guard steps it.
-/// period: nominal period of the loop [s], 1e-9 to 1.
+/// control_period: nominal period of the loop [s], 1e-9 to 1.
 /// position_limits: (n, 2) [rad]; outside, the guard stops. None: the nominal arm's.
 /// velocity_limit: [rad/s], scalar or (n,). Faster, the guard stops; a position that moved farther
 ///     than that since the last sample is not used. None: the nominal arm's.
@@ -35,7 +35,7 @@ use crate::reference::Setpoint;
 /// slack: what a position may change beyond its speed limit [rad], such as an encoder's step.
 /// hold, decay: periods without a good sample in which the torque is held, and in which it decays.
 /// stiffness, damping: of the brake [N·m/rad, N·m·s/rad], scalar or (n,). None: those of a double
-///     pole at -min(0.1 / period, 20) 1/s for the inertias of the nominal arm at q = 0.
+///     pole at -min(0.1 / control_period, 20) 1/s for the inertias of the nominal arm at q = 0.
 /// deceleration: of the brake [rad/s²], scalar or (n,).
 /// last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,); None: the one that
 ///     carries the arm at the first good sample.
@@ -74,13 +74,13 @@ pub(super) fn done<'py>(
 #[pymethods]
 impl PyGuard {
     #[new]
-    #[pyo3(signature = (tracker, period, *, position_limits=None, velocity_limit=None,
+    #[pyo3(signature = (tracker, control_period, *, position_limits=None, velocity_limit=None,
         effort_limit=None, effort_rate_limit=None, power_limit=None, envelope=None, slack=None,
         hold=None, decay=None, stiffness=None, damping=None, deceleration=None, last_tau=None))]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn new(
         tracker: Any<'_, '_>,
-        period: Any<'_, '_>,
+        control_period: Any<'_, '_>,
         position_limits: Given<'_, '_>,
         velocity_limit: Given<'_, '_>,
         effort_limit: Given<'_, '_>,
@@ -102,7 +102,7 @@ impl PyGuard {
         let (hold, decay) = (periods(hold, "hold")?, periods(decay, "decay")?);
         let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
         let arguments = Arguments {
-            period: scalar(period, "period")?,
+            control_period: scalar(control_period, "control_period")?,
             position_limits,
             velocity_limit,
             effort_limit,
@@ -146,7 +146,7 @@ impl PyGuard {
             let (q, dq) = (&vector(q, "q")?, &vector(dq, "dq")?);
             let (q_d, dq_d) = (vector(q_d, "q_d")?, vector(dq_d, "dq_d")?);
             let desired = &Setpoint { q: q_d, dq: dq_d, ddq: vector(ddq_d, "ddq_d")? };
-            let elapsed = scalar_or(elapsed, own.parameters.period, "elapsed")?;
+            let elapsed = scalar_or(elapsed, own.parameters.control_period, "elapsed")?;
             let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
             let seen = Seen { q, dq, desired, applied: applied.as_ref(), elapsed };
             let tracker = own.of(tracker)?;
@@ -236,13 +236,13 @@ impl PyGuard {
 
     /// Nominal period of the loop [s].
     #[getter]
-    fn period(&self) -> f64 {
-        each!(&self.guards, Guards, own => own.parameters.period)
+    fn control_period(&self) -> f64 {
+        each!(&self.guards, Guards, own => own.parameters.control_period)
     }
 
     fn __repr__(&self) -> String {
         let state = self.stopped().map_or("running".into(), |why| format!("stopped: {why}"));
-        format!("Guard(period={:?}, {state})", self.period())
+        format!("Guard(control_period={:?}, {state})", self.control_period())
     }
 
     // As for a plant: no `__clear__`.

@@ -16,7 +16,7 @@ use crate::control::{Brake, ComputedTorque, Events, GuardMemory, GuardParameters
 use crate::error::Error;
 use crate::math::Vector;
 
-/// Stiffness of the brake in periods, and at most \[1/s\]: ω = min(0.1 / period, 20).
+/// Stiffness of the brake in periods, and at most \[1/s\]: ω = min(0.1 / control_period, 20).
 const BRAKE_RATE: f64 = 0.1;
 const FASTEST_BRAKE: f64 = 20.0;
 
@@ -37,7 +37,7 @@ by_joints! {
 
 /// Arguments of the class that depend on the joint count.
 pub(super) struct Arguments<'a, 'py> {
-    pub period: f64,
+    pub control_period: f64,
     pub position_limits: Given<'a, 'py>,
     pub velocity_limit: Given<'a, 'py>,
     pub effort_limit: Given<'a, 'py>,
@@ -100,7 +100,7 @@ where
     let limit = |value: Given<'_, '_>, name, otherwise| {
         value.map_or(Ok(otherwise), |value| joints::<N>(value, name))
     };
-    let defaults = GuardParameters::new(arguments.period, brake(arm, arguments)?);
+    let defaults = GuardParameters::new(arguments.control_period, brake(arm, arguments)?);
     let position_limits = match arguments.position_limits {
         Some(value) => pairs(value, "position_limits")?,
         None => arm.chain().map_or(defaults.position_limits, Serial::position_limits),
@@ -144,7 +144,7 @@ fn pairs<const N: usize>(value: Any<'_, '_>, name: &str) -> PyResult<[[f64; 2]; 
 
 fn brake<const N: usize>(arm: &AnyArm<N>, arguments: &Arguments<'_, '_>) -> PyResult<Brake<N>> {
     let mass = arm.mass_matrix(&Vector::zeros());
-    let rate = FASTEST_BRAKE.min(BRAKE_RATE / arguments.period);
+    let rate = FASTEST_BRAKE.min(BRAKE_RATE / arguments.control_period);
     let or = |value: Given<'_, '_>, name, otherwise: f64, power: i32| match value {
         Some(value) => joints::<N>(value, name),
         None => Ok(core::array::from_fn(|n| otherwise * mass[(n, n)] * rate.powi(power))),

@@ -90,7 +90,7 @@ where
 {
     if let Some((guard, _)) = &guarding {
         let period = options.control_period.unwrap_or(0.0);
-        let same = |period: f64| (period / guard.period - 1.0).abs() < SAME_PERIOD;
+        let same = |period: f64| (period / guard.control_period - 1.0).abs() < SAME_PERIOD;
         within("control_period", &[period], same, "the period of the guard")?;
     }
     let (steps, hold) = options.steps()?;

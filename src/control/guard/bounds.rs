@@ -34,7 +34,8 @@ impl<const N: usize> GuardParameters<N> {
             to
         };
         let tau = Vector::from_fn(|n, _| {
-            let (effort, change) = (self.effort_limit[n], self.effort_rate_limit[n] * self.period);
+            let (effort, change) =
+                (self.effort_limit[n], self.effort_rate_limit[n] * self.control_period);
             // What was sent last may be beyond the effort limit at a take-over.
             let last = last[n].clamp(-effort, effort);
             let (low, high) = ((last - change).max(-effort), (last + change).min(effort));

@@ -8,7 +8,7 @@ use crate::error::{Result, accepted};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GuardParameters<const N: usize> {
     /// Nominal period of the loop \[s\], 1e-9 to 1.
-    pub period: f64,
+    pub control_period: f64,
     /// Smallest and largest position of each joint \[rad\].
     pub position_limits: [[f64; 2]; N],
     /// Largest speed of each joint [rad/s]; also what a position may change between two samples.
@@ -33,10 +33,10 @@ pub struct GuardParameters<const N: usize> {
 
 impl<const N: usize> GuardParameters<N> {
     /// No limits; twenty periods of holding, as libfranka has them, and twenty of decay.
-    pub fn new(period: f64, brake: Brake<N>) -> Self {
+    pub fn new(control_period: f64, brake: Brake<N>) -> Self {
         let none = [f64::INFINITY; N];
         Self {
-            period,
+            control_period,
             position_limits: [[f64::NEG_INFINITY, f64::INFINITY]; N],
             velocity_limit: none,
             slack: [0.0; N],
@@ -55,7 +55,7 @@ impl<const N: usize> GuardParameters<N> {
     /// # Errors
     /// The name of the parameter, with the joint.
     pub fn validate(&self) -> Result<()> {
-        check_period("period", self.period)?;
+        check_period("control_period", self.control_period)?;
         let wanted = "a limit > 0 (infinite for none)";
         for (name, limits) in [
             ("velocity_limit", &self.velocity_limit),

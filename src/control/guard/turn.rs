@@ -80,7 +80,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     pub fn missed(&mut self) -> Guarded<N> {
         let mut events = Events::default();
         events.add(Event::Missed);
-        self.memory.since_good += self.guard.period;
+        self.memory.since_good += self.guard.control_period;
         self.memory.since_call = 0.0;
         self.lose(events)
     }
@@ -100,7 +100,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
 
     /// Counts the time on. The event is why the sample cannot be used.
     fn judge_time(&mut self, elapsed: f64, events: &mut Events) -> Result<(), Event> {
-        let (memory, period) = (&mut *self.memory, self.guard.period);
+        let (memory, period) = (&mut *self.memory, self.guard.control_period);
         if !(elapsed > 0.0 && elapsed <= LONGEST) {
             memory.since_good += period;
             memory.since_call = 0.0;
@@ -127,7 +127,14 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         let told = came.applied.filter(|tau| tau.iter().all(|x| x.is_finite()));
         let acted = told.or(self.memory.last_tau.as_ref());
         let Seen { q, dq, desired, .. } = *came;
-        match self.controller.step_after(self.state, acted, q, dq, desired, self.guard.period) {
+        match self.controller.step_after(
+            self.state,
+            acted,
+            q,
+            dq,
+            desired,
+            self.guard.control_period,
+        ) {
             Ok(command) => self.send(&command.tau, Some(command), events),
             Err(_) => {
                 events.add(Event::Controller);
@@ -171,7 +178,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         let brake = &self.guard.brake;
         let start = Setpoint { q: *q, dq: *dq, ddq: Vector::zeros() };
         let from = self.memory.slowing.unwrap_or(start);
-        self.memory.slowing = Some(brake.slow_down(&from, self.guard.period));
+        self.memory.slowing = Some(brake.slow_down(&from, self.guard.control_period));
         let seen = self.controller.sample(q, dq, &from);
         let wanted = self.carrying(q) + brake.torque(&seen.e, &seen.de);
         self.send(&wanted, None, events)

@@ -475,7 +475,10 @@ fn limits_that_make_no_sense_are_refused_by_name() {
             ("power_limit", Some(1))
         );
         assert_eq!(refused(GuardParameters { envelope: pair, ..good }), ("envelope", Some(1)));
-        assert_eq!(refused(GuardParameters { period: x, ..good }), ("period", None));
+        assert_eq!(
+            refused(GuardParameters { control_period: x, ..good }),
+            ("control_period", None)
+        );
         let brake = Brake { deceleration: pair, ..good.brake };
         assert_eq!(refused(GuardParameters { brake, ..good }), ("brake.deceleration", Some(1)));
     }
@@ -485,7 +488,7 @@ fn limits_that_make_no_sense_are_refused_by_name() {
     assert_eq!(refused(GuardParameters { position_limits, ..good }), ("position_limits", Some(0)));
     let slack = [0.0, f64::INFINITY];
     assert_eq!(refused(GuardParameters { slack, ..good }), ("slack", Some(1)));
-    let unlimited = GuardParameters { period: H, ..GuardParameters::new(H, good.brake) };
+    let unlimited = GuardParameters { control_period: H, ..GuardParameters::new(H, good.brake) };
     assert!(Guard::new(adaptive(), unlimited).is_ok());
     let controller = adaptive().with_limits(Limits { effort_limit: [1.0; 2], ..Limits::default() });
     assert!(Guard::new(controller.unwrap(), good).is_ok());
