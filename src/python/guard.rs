@@ -10,7 +10,7 @@ use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::guarding::{Arguments, Guards, Own, guard};
 use super::tracker::PyComputedTorque;
-use crate::control::{Cause, Event, GuardMemory, Seen};
+use crate::control::{Cause, Event, Events, GuardMemory, Seen};
 use crate::reference::Setpoint;
 
 /// A guard around a tracker: an answer to every sample, good, bad or missing.
@@ -187,7 +187,7 @@ impl PyGuard {
         let tracker = &mut self.tracker.bind(py).try_borrow_mut()?.trackers;
         each!(&mut self.guards, Guards, own => {
             own.of(tracker)?.reset(None).map_err(value_error)?;
-            own.memory = GuardMemory::default();
+            (own.memory, own.latest) = (GuardMemory::default(), Events::default());
             own.last_tau.map_or(Ok(()), |tau| own.memory.take_over(&tau)).map_err(value_error)
         })
     }

@@ -158,7 +158,7 @@ def test_reset_is_as_new_and_a_take_over_counts() -> None:
     step(guarded)
     assert guarded.stopped == "stop"
     guarded.reset()
-    assert (guarded.stopped, guarded.tracker.steps) == (None, 0)
+    assert (guarded.stopped, guarded.tracker.steps, guarded.latest) == (None, 0, [])
     assert set(guarded.events.values()) == {0}
     np.testing.assert_array_equal(step(guarded), tau)
 
