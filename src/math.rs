@@ -21,11 +21,13 @@ pub(crate) const WHOLE: usize = 2;
 
 /// What `body`, a part of a stage, gives: in line up to [`WHOLE`] joints, and beyond in a copy that
 /// all callers of the function around it share.
+#[cfg(feature = "std")]
 #[inline(always)]
 pub(crate) fn part<const N: usize, T>(body: impl FnOnce() -> T) -> T {
     if N <= WHOLE { body() } else { apart(body) }
 }
 
+#[cfg(feature = "std")]
 #[inline(never)]
 fn apart<T>(body: impl FnOnce() -> T) -> T {
     body()

@@ -149,7 +149,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         put(&sum.to_le_bytes());
     }
 
-    /// Restores what [`save`](Self::save) wrote, bit for bit: [`Origin::Same`], or
+    /// Restores what `save` wrote, bit for bit: [`Origin::Same`], or
     /// [`Origin::Unknown`] for a file of version 1.
     ///
     /// # Errors

@@ -2,9 +2,9 @@
 //! sampling limits, and a report with a verdict; and whether a reference stays within an arm's
 //! limits.
 //!
-//! The way through: [`LinearModel`] is one joint; [`Course`] is a path with the arms along it,
+//! The way through: `LinearModel` is one joint; `Course` is a path with the arms along it,
 //! which `sampled_loop` makes one loop of; `learning` says what the rules can hold; `joint_design`
-//! judges a joint, `choices` what was chosen, in the words of [`Finding`]; [`Report`] is all of it.
+//! judges a joint, `choices` what was chosen, in the words of `Finding`; `Report` is all of it.
 
 #[cfg(feature = "std")]
 mod choices;
