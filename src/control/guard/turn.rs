@@ -52,14 +52,16 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     pub fn step(&mut self, came: &Seen<'_, N>) -> Guarded<N> {
         let mut events = Events::default();
         if let Err(event) = self.judge_time(came.elapsed, &mut events) {
-            events.add(event);
-            return if event == Event::Early { self.repeat(events) } else { self.lose(events) };
+            return if event == Event::Early {
+                self.repeat(events)
+            } else {
+                self.lose(event, events)
+            };
         }
         let seen = self.controller.sample(came.q, came.dq, came.desired);
         match self.guard.judge(self.memory, &seen, &self.controller.law.wraps()) {
             Verdict::Bad(event) => {
-                events.add(event);
-                return self.lose(events);
+                return self.lose(event, events);
             }
             Verdict::Breach(cause) => {
                 events.add(cause.event);
@@ -69,8 +71,9 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
             Verdict::Good => {}
         }
         let memory = &mut *self.memory;
-        (memory.last_good, memory.since_good, memory.lost) = (Some([seen.q, seen.dq]), 0.0, 0);
+        (memory.last_good, memory.since_good) = (Some([seen.q, seen.dq]), 0.0);
         if memory.stopped.is_some() {
+            memory.lost = 0;
             return self.brake(&seen.q, &seen.dq, events);
         }
         self.ask(came, events)
@@ -78,11 +81,9 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
 
     /// The torque to send where no sample came.
     pub fn missed(&mut self) -> Guarded<N> {
-        let mut events = Events::default();
-        events.add(Event::Missed);
         self.memory.since_good += self.guard.control_period;
         self.memory.since_call = 0.0;
-        self.lose(events)
+        self.lose(Event::Missed, Events::default())
     }
 
     /// Stops.
@@ -123,7 +124,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     }
 
     /// What the controller wants for a good sample.
-    fn ask(&mut self, came: &Seen<'_, N>, mut events: Events) -> Guarded<N> {
+    fn ask(&mut self, came: &Seen<'_, N>, events: Events) -> Guarded<N> {
         let told = came.applied.filter(|tau| tau.iter().all(|x| x.is_finite()));
         let acted = told.or(self.memory.last_tau.as_ref());
         let Seen { q, dq, desired, .. } = *came;
@@ -135,11 +136,11 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
             desired,
             self.guard.control_period,
         ) {
-            Ok(command) => self.send(&command.tau, Some(command), events),
-            Err(_) => {
-                events.add(Event::Controller);
-                self.lose(events)
+            Ok(command) => {
+                self.memory.lost = 0;
+                self.send(&command.tau, Some(command), events)
             }
+            Err(_) => self.lose(Event::Controller, events),
         }
     }
 
@@ -153,13 +154,14 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         }
     }
 
-    /// A period without a sample that can be used: the last torque for a while, then on the way to
-    /// the torque that carries the arm, then a stop.
-    fn lose(&mut self, events: Events) -> Guarded<N> {
+    /// A period without an answer of the controller: the last torque for a while, then on the way to
+    /// the torque that carries the arm, then a stop, whose cause is the last `event`.
+    fn lose(&mut self, event: Event, mut events: Events) -> Guarded<N> {
+        events.add(event);
         self.memory.lost = self.memory.lost.saturating_add(1);
         let (lost, patience) = (self.memory.lost, self.patience());
         if lost > patience {
-            self.halt(Cause::MISSED);
+            self.halt(Cause { event, joint: None });
         }
         let carrying = self.memory.last_good.map_or_else(Vector::zeros, |[q, _]| self.carrying(&q));
         let last = self.memory.last_tau.unwrap_or(carrying);
@@ -191,7 +193,8 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     }
 
     /// The last torque once more.
-    fn repeat(&mut self, events: Events) -> Guarded<N> {
+    fn repeat(&mut self, mut events: Events) -> Guarded<N> {
+        events.add(Event::Early);
         self.memory.add(events);
         let tau = self.memory.last_tau.unwrap_or_else(Vector::zeros);
         Guarded { tau, command: None, events }

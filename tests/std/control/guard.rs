@@ -385,6 +385,25 @@ fn a_stop_latches_until_it_is_rearmed() {
     assert!(rig.period(None).command.is_some());
 }
 
+/// A fault that stays is a stop: what the controller refuses for ever, too.
+#[test]
+fn a_fault_that_stays_stops_the_guard_and_is_its_cause() {
+    for fault in FAULTS {
+        let Some(event) = refused(fault).filter(|event| *event != Event::Early) else { continue };
+        let mut rig = Rig::new();
+        rig.periods(0..50, None);
+        let (before, patience) = (rig.guard.parameters().hold, rig.guard.parameters().decay);
+        rig.periods(0..(before + patience) as usize, Some(fault));
+        let sudden = matches!(fault, Fault::Suspended | Fault::Spike(-0.02));
+        assert!(sudden || rig.memory.guard.stopped().is_none(), "{fault:?}");
+        rig.periods(0..1, Some(fault));
+        let stopped = rig.memory.guard.stopped();
+        if fault != Fault::Spike(-0.02) {
+            assert_eq!(stopped.map(|cause| cause.event), Some(event), "{fault:?}");
+        }
+    }
+}
+
 #[test]
 fn what_is_outside_its_limits_stops_the_guard_and_names_the_joint() {
     for (q, dq, event) in [
