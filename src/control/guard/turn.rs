@@ -144,8 +144,8 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         }
     }
 
-    /// Stops, unless that has happened: what is pending ends, and nothing is learnt until the guard
-    /// runs again.
+    /// Stops, unless that has happened: what is pending ends, and nothing is learnt until the
+    /// guard runs again.
     fn halt(&mut self, cause: Cause) {
         if self.memory.stopped.is_none() {
             self.memory.stopped = Some(cause);
@@ -154,8 +154,8 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         }
     }
 
-    /// A period without an answer of the controller: the last torque for a while, then on the way to
-    /// the torque that carries the arm, then a stop, whose cause is the last `event`.
+    /// A period without an answer of the controller: the last torque for a while, then on the way
+    /// to the torque that carries the arm, then a stop, whose cause is the last `event`.
     fn lose(&mut self, event: Event, mut events: Events) -> Guarded<N> {
         events.add(event);
         self.memory.lost = self.memory.lost.saturating_add(1);
