@@ -122,8 +122,10 @@ pub fn tanh(x: f64) -> f64 {
 /// What is smaller than these is zero, so that no product of a step is a subnormal number, with
 /// which a processor is many times slower. With signals of 1e-30, s and dt make terms of 1e-50;
 /// with the two factors of a firing strength, 1e-45 each, they change weights by 1e-140, whose
-/// squares are normal. All of them are far below what a signal, rule or weight can mean.
+/// squares are normal. The product of two memberships is no smaller factor. All of them are far
+/// below what a signal, rule or weight can mean.
 pub(crate) const TINY_SIGNAL: f64 = 1e-30;
+pub(crate) const TINY_MEMBERSHIP: f64 = 1e-22;
 pub(crate) const TINY_STRENGTH: f64 = 1e-45;
 pub(crate) const TINY_TERM: f64 = 1e-50;
 pub(crate) const TINY_ESTIMATE: f64 = 1e-100;
@@ -136,6 +138,18 @@ pub(crate) const TINY_SQUARE: f64 = 1e-200;
 #[inline(always)]
 pub(crate) fn unless_tiny(x: f64, least: f64) -> f64 {
     if x.abs() < least { 0.0 } else { x }
+}
+
+/// The same where that is rare, for a number that others wait for: with a branch, which the
+/// processor foresees.
+#[inline(always)]
+pub(crate) fn unless_rarely_tiny(x: f64, least: f64) -> f64 {
+    #[cold]
+    #[inline(never)]
+    fn zero() -> f64 {
+        0.0
+    }
+    if x.abs() < least { zero() } else { x }
 }
 
 /// The same in every lane.

@@ -23,7 +23,7 @@ use super::layout::Layout;
 use super::membership::exponentials;
 use super::places::{Dyad, Dyads};
 use crate::error::{Result, finite, length};
-use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_tiny};
+use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_rarely_tiny};
 
 /// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes
 /// to.
@@ -194,14 +194,14 @@ impl FuzzyBasis {
             out.fill(1.0);
             self.axes.products(simd, tables, |input, sum| {
                 let product = &mut out[input % blocks];
-                *product = unless_tiny(*product * sum, TINY_KERNEL);
+                *product = unless_rarely_tiny(*product * sum, TINY_KERNEL);
             });
             return;
         }
         let mut product = 1.0;
         if self.form.is_product() {
             self.axes.products(simd, tables, |_, sum| {
-                product = unless_tiny(product * sum, TINY_KERNEL);
+                product = unless_rarely_tiny(product * sum, TINY_KERNEL);
             });
         } else {
             product = dot(simd, self.split(left).1, self.split(right).1);

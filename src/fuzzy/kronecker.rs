@@ -4,7 +4,7 @@ use pulp::Simd;
 
 use super::lanes::BLOCK;
 use super::places::Span;
-use crate::math::{LANES, TINY_STRENGTH, lanes_unless_tiny, unless_tiny};
+use crate::math::{LANES, TINY_STRENGTH, lanes_unless_tiny};
 
 /// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
 #[derive(Clone, Copy, Debug)]
@@ -65,7 +65,8 @@ pub(crate) fn kronecker<S: Simd>(
     from[len..len + LANES].copy_from_slice(&[0.0; LANES]);
 }
 
-/// out[..] = left ⊗ right for a right factor of L sets, which stays in registers.
+/// out[..] = left ⊗ right for a right factor of L sets, which stays in registers. Products of two
+/// memberships that are not zero are not tiny.
 #[inline(always)]
 fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &mut [f64]) {
     let mut row = [0.0; L];
@@ -77,7 +78,7 @@ fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &
         let p = memberships[place];
         let Some((to, others)) = rest.split_first_chunk_mut::<L>() else { return };
         for set in 0..L {
-            to[set] = unless_tiny(p * row[set], TINY_STRENGTH);
+            to[set] = p * row[set];
         }
         (place, rest) = (place + LANES, others);
     }

@@ -11,7 +11,7 @@
 
 use pulp::Simd;
 
-use crate::math::{LANES, Line, TINY_STRENGTH, exp, lanes_unless_tiny, sqrt};
+use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
 const LATTICE_TOL: f64 = 1e-12;
@@ -162,7 +162,7 @@ impl Lattice {
         for row in rows {
             let strength = &mut S::as_mut_simd_f64s(row).0[part];
             let scaled = simd.mul_f64s(*strength, scale);
-            *strength = lanes_unless_tiny(simd, scaled, TINY_STRENGTH);
+            *strength = lanes_unless_tiny(simd, scaled, TINY_MEMBERSHIP);
         }
         simd.first_true_m64s(beyond) == S::F64_LANES
     }

@@ -6,7 +6,7 @@
 
 use super::form::MAX_SETS;
 use super::places::Span;
-use crate::math::{TINY_STRENGTH, decay, fnv_of, unless_tiny};
+use crate::math::{TINY_MEMBERSHIP, decay, fnv_of, unless_tiny};
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
 const FAR: f64 = 1e100;
@@ -84,11 +84,11 @@ pub(super) fn exponentials((out, stride): (&mut [f64], usize), normalized: bool)
         sum += *y;
     }
     let scale = 1.0 / sum;
-    out.iter_mut().step_by(stride).for_each(|y| *y = unless_tiny(*y * scale, TINY_STRENGTH));
+    out.iter_mut().step_by(stride).for_each(|y| *y = unless_tiny(*y * scale, TINY_MEMBERSHIP));
 }
 
 /// e^x for x ≤ 0, or 0 where that is tiny.
 #[inline]
 fn strength(x: f64) -> f64 {
-    unless_tiny(decay(-x), TINY_STRENGTH)
+    unless_tiny(decay(-x), TINY_MEMBERSHIP)
 }

@@ -9,7 +9,7 @@ use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, St
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::flush;
-use crate::math::{Runs, Shared, TINY_ESTIMATE, Vector, WHOLE, unless_tiny};
+use crate::math::{Runs, Shared, Vector, WHOLE};
 
 /// Tiny weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
@@ -169,15 +169,14 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// The products of both weight matrices with the basis of stage i.
     #[inline(always)]
     fn contract<B: Buffer>(&self, tasks: impl Runs, state: &mut FuzzyState<N, B>, i: usize) {
-        let memory = state.memory.as_slice();
+        let FuzzyState { memory, stages, prior, .. } = state;
+        let memory = memory.as_slice();
         let (basis, activation) = (&self.basis, self.activation(memory, i));
-        let mut products = Vector::<N>::zeros();
-        tasks.run(Products { basis, matrix: memory, activation, out: products.as_mut_slice() });
-        state.stages.own[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
-        if state.prior {
-            let matrix = &memory[self.places.matrix..];
-            tasks.run(Products { basis, matrix, activation, out: products.as_mut_slice() });
-            state.stages.prior[i] = products.map(|x| unless_tiny(x, TINY_ESTIMATE));
+        let out = stages.own[i].as_mut_slice();
+        tasks.run(Products { basis, matrix: memory, activation, out });
+        if *prior {
+            let (matrix, out) = (&memory[self.places.matrix..], stages.prior[i].as_mut_slice());
+            tasks.run(Products { basis, matrix, activation, out });
         }
     }
 

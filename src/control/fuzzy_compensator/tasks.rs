@@ -9,7 +9,7 @@ use pulp::{Simd, WithSimd};
 use super::MAX_STAGES;
 use crate::fuzzy::FuzzyBasis;
 use crate::fuzzy::lanes::{accumulate, contract};
-use crate::math::{TINY_TERM, unless_tiny};
+use crate::math::{TINY_ESTIMATE, TINY_TERM, unless_rarely_tiny, unless_tiny};
 
 /// ξᵢ·ξⱼ of each joint's rules.
 pub(super) struct Dots<'a> {
@@ -28,7 +28,7 @@ impl WithSimd for Dots<'_> {
     }
 }
 
-/// The products of a matrix, a row a joint, with an evaluated basis.
+/// The products of a matrix, a row a joint, with an evaluated basis; tiny ones are zero.
 pub(super) struct Products<'a> {
     pub basis: &'a FuzzyBasis,
     pub matrix: &'a [f64],
@@ -44,18 +44,28 @@ impl WithSimd for Products<'_> {
         let Self { basis, matrix, activation, out } = self;
         let (dyads, len) = (basis.dyads(), basis.row_len());
         let row = |n: usize| &matrix[n * len..(n + 1) * len];
-        let (together, mut n) = (basis.blocks() == 1, 0);
-        while n < out.len() {
-            let xi = basis.block(activation, basis.block_of(n));
-            if together && n + 1 < out.len() {
-                [out[n], out[n + 1]] = contract(simd, [row(n), row(n + 1)], dyads, xi);
-                n += 2;
-            } else {
-                [out[n]] = contract(simd, [row(n)], dyads, xi);
-                n += 1;
+        if basis.blocks() > 1 {
+            for (n, out) in out.iter_mut().enumerate() {
+                let xi = basis.block(activation, n);
+                [*out] = contract(simd, [row(n)], dyads, xi).map(whole);
             }
+            return;
+        }
+        let xi = basis.block(activation, 0);
+        let (pairs, last) = out.as_chunks_mut();
+        for (k, pair) in pairs.iter_mut().enumerate() {
+            *pair = contract(simd, [row(2 * k), row(2 * k + 1)], dyads, xi).map(whole);
+        }
+        for out in last {
+            [*out] = contract(simd, [row(2 * pairs.len())], dyads, xi).map(whole);
         }
     }
+}
+
+/// An estimate, without tiny ones.
+#[inline(always)]
+fn whole(estimate: f64) -> f64 {
+    unless_rarely_tiny(estimate, TINY_ESTIMATE)
 }
 
 /// D ← keep D + Σ cⱼ ξⱼᵀ, row by row, and |Dₙ|².
