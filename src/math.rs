@@ -88,6 +88,7 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
 pub(crate) const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 
 /// FNV-1a, 64 bits, of more bytes.
+#[inline(never)]
 pub(crate) fn fnv(start: u64, bytes: &[u8]) -> u64 {
     bytes
         .iter()

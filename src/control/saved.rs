@@ -303,6 +303,7 @@ fn last_torque<const N: usize>(tau: Vector<N>, known: bool) -> Result<Option<Vec
 }
 
 /// Puts numbers.
+#[inline(never)]
 pub(super) fn put_all(put: &mut dyn FnMut(&[u8]), values: &[f64]) {
     values.iter().for_each(|x| put(&x.to_le_bytes()));
 }
@@ -328,6 +329,7 @@ impl<'a> Numbers<'a> {
         self.word().map(f64::from_le_bytes)
     }
 
+    #[inline(never)]
     pub fn vector<const N: usize>(&mut self) -> Result<Vector<N>> {
         let mut vector = Vector::<N>::zeros();
         for x in vector.iter_mut() {

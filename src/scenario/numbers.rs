@@ -51,6 +51,7 @@ impl PerJoint {
     ///
     /// # Errors
     /// `WrongLength`, naming `parameter`: they are for another number of joints.
+    #[inline(never)]
     pub fn each<const N: usize>(&self, parameter: &'static str) -> Result<[f64; N]> {
         match self {
             Self::All(value) => Ok([*value; N]),

@@ -115,9 +115,10 @@ impl<const N: usize> Serial<N> {
         Ok(arm)
     }
 
+    #[inline(never)]
     fn check_mass_matrix(&self, q: &Vector<N>) -> Result<()> {
         let turns = self.chain.turns(q);
-        let (mass, free) = (self.chain.mass_matrix(&turns), self.chain.free_inertias(&turns));
+        let (mass, free) = (self.mass_matrix(q), self.chain.free_inertias(&turns));
         let mut beyond = Mass::ZERO;
         for joint in (0..N).rev() {
             let (of, got) = (Of { parameter: "inertia", joint: Some(joint) }, free[joint]);
