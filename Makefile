@@ -6,8 +6,9 @@
 # make docs        the manual, in docs/_build/html
 # make reliability the table of docs/reliability.md, from a run of its tests
 # make house       sizes and tangles of the code, counted
-# make check-all   all of that which can fail: test, reproduce, robot, docs, the bits of AArch64 where they can be run,
-#                  and what the benches compare, but no verdict on speed; what it prints is in check-all.log too
+# make cortex      the core on an emulated Cortex-M7: the same torques, stack, instructions a step
+# make check-all   all of that which can fail: test, reproduce, robot, docs, the bits of AArch64 and the Cortex-M7 where
+#                  they can be run, and what the benches compare, but no verdict on speed; what it prints is in check-all.log too
 #
 # Needs Rust >= 1.89, Python >= 3.11 and make; all else comes from the package registries.
 
@@ -20,7 +21,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot test test-rust test-python lint no-std bits bits-aarch64 reliability bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -53,6 +54,9 @@ bits:
 
 bits-aarch64:
 	sh tests/bits/aarch64.sh
+
+cortex:
+	sh tests/no_std/cortex.sh
 
 reliability: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python tests/reliability.py
@@ -87,7 +91,7 @@ same-work: $(VENV)/wheel $(VENV)/peers
 # The mark tells whether all went well: tee hides the exit code.
 check-all:
 	@rm -f target/check-all.passed && mkdir -p target
-	@{ date; $(MAKE) test bits-aarch64 reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
+	@{ date; $(MAKE) test bits-aarch64 cortex reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
 	@rm target/check-all.passed && echo "All passed; check-all.log has it."
 
 # The environment, and the wheel as `pip install .` builds it.

@@ -35,7 +35,8 @@
 //! | [`paper`] | the paper's three simulations |
 //!
 //! Without `std` (`default-features = false, features = ["libm"]`) the crate needs no allocator:
-//! give [`control::FuzzyCompensator::state_in`] a buffer.
+//! give [`control::FuzzyCompensator::state_in`] a buffer, and [`fuzzy::FuzzyBasis::new_in`] another
+//! where the basis has more sets than its own [`fuzzy::Room`].
 #![cfg_attr(not(feature = "std"), no_std)]
 #![forbid(unsafe_code)]
 

@@ -4,8 +4,15 @@
 use super::Applied;
 use crate::math::{Vector, sqrt};
 
-/// Most stages of a step: seven of Dormand-Prince and one for its dense output.
-pub const MAX_STAGES: usize = 8;
+/// Most stages of a step: seven of Dormand-Prince and one for its dense output. Without `std` there
+/// are no integrators, and the state of a compensator has room for a sampled loop's one stage.
+pub const MAX_STAGES: usize = if cfg!(feature = "std") { 8 } else { 1 };
+
+/// The stage of the dense output, whose record is read between steps.
+pub(super) const DENSE: usize = 7;
+
+/// Of the stages but that one, and of the end of the step, which follows its last stage.
+const MIXES: usize = if MAX_STAGES > 1 { MAX_STAGES } else { 2 };
 
 /// What each stage of the current step recorded.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +33,7 @@ pub(super) struct Stages<const N: usize> {
     pub gram: [[Vector<N>; MAX_STAGES]; MAX_STAGES],
     pub known: [u8; MAX_STAGES],
     /// The weights of the stage, and those at the end of the step after its last stage.
-    pub mixes: [Mix<N>; MAX_STAGES],
+    pub mixes: [Mix<N>; MIXES],
     /// Whether the projection changed those at the end of the last step.
     pub retracted: bool,
 }
@@ -44,7 +51,7 @@ impl<const N: usize> Default for Stages<N> {
             pull: zeros,
             gram: [zeros; MAX_STAGES],
             known: [0; MAX_STAGES],
-            mixes: [Mix { keep: Vector::zeros(), terms: zeros }; MAX_STAGES],
+            mixes: [Mix { keep: Vector::zeros(), terms: zeros }; MIXES],
             retracted: false,
         }
     }

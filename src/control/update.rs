@@ -4,7 +4,7 @@
 //! The compensator that holds the weights brings `own = Dξ` of every stage and the products
 //! `gram = ξᵢ·ξⱼ`. All else is here.
 
-use super::stages::{MAX_STAGES, Stages};
+use super::stages::{DENSE, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};
 use crate::error::{Error, Result};
 use crate::math::{FNV_START, TINY_TERM, Vector, decay, fnv_of, sqrt, unless_tiny};
@@ -108,7 +108,7 @@ impl<const N: usize> Update<N> {
     /// steps.
     #[inline]
     pub fn needs_norms(&self, i: usize) -> bool {
-        i == MAX_STAGES - 1 || self.parameters.adaptation.pulls()
+        i == DENSE || self.parameters.adaptation.pulls()
     }
 
     /// The weights of every joint at a stage, in terms of those at the start of the step.

@@ -22,7 +22,7 @@ const MAX_LATTICES: usize = 8;
 const MAX_TABLES: usize = MAX_LATTICES + MAX_INPUTS / LANES;
 
 /// The Gaussian sets of one input.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axis<'a> {
     /// Centres, in the unit of the (scaled) input.
     pub centers: &'a [f64],
@@ -30,15 +30,15 @@ pub struct Axis<'a> {
     pub widths: &'a [f64],
 }
 
-/// All inputs of a basis.
+/// All inputs of a basis. Their numbers stand in memory, those of the lattices first, then the
+/// sets; inputs with the same sets share them.
 #[derive(Clone, Debug)]
 pub(super) struct Axes {
     normalized: bool,
     inputs: usize,
-    /// The sets of each input, and where its memberships stand.
-    spans: [Span; MAX_INPUTS],
+    /// Where the numbers of the sets of each input begin, and where its memberships stand.
+    sets: [u16; MAX_INPUTS],
     columns: [Column; MAX_INPUTS],
-    sets: Sets,
     lattices: [Lattice; MAX_LATTICES],
     /// Those of the lattices, in their order, then those of the other inputs.
     tables: [Table; MAX_TABLES],
@@ -46,28 +46,36 @@ pub(super) struct Axes {
     table_count: usize,
     /// Length of all tables.
     len: usize,
+    /// How many numbers there are.
+    numbers: usize,
 }
 
 /// Inputs side by side, one a lane.
 #[derive(Clone, Copy, Debug)]
 struct Table {
-    inputs: [usize; LANES],
-    used: usize,
-    /// Its memory, a row of lanes a set.
-    span: Span,
+    inputs: [u8; LANES],
+    used: u8,
+    /// Its memory, so many rows of lanes, one a set.
+    first: u16,
+    rows: u16,
 }
 
 impl Table {
-    const EMPTY: Self = Self { inputs: [0; LANES], used: 0, span: Span::EMPTY };
+    const EMPTY: Self = Self { inputs: [0; LANES], used: 0, first: 0, rows: 0 };
 
     #[inline]
-    fn inputs(&self) -> &[usize] {
-        &self.inputs[..self.used]
+    fn inputs(&self) -> &[u8] {
+        &self.inputs[..self.used.into()]
+    }
+
+    #[inline]
+    fn span(&self) -> Span {
+        Span { first: self.first.into(), len: usize::from(self.rows) * LANES }
     }
 
     /// Puts an input into the next lane.
     fn take(&mut self, input: usize) {
-        self.inputs[self.used] = input;
+        self.inputs[usize::from(self.used)] = input as u8;
         self.used += 1;
     }
 }
@@ -84,24 +92,21 @@ impl Axes {
         let mut new = Self {
             normalized,
             inputs: axes.len(),
-            spans: [Span::EMPTY; MAX_INPUTS],
+            sets: [0; MAX_INPUTS],
             columns: [Column::EMPTY; MAX_INPUTS],
-            sets: Sets::NONE,
             lattices: [Lattice::EMPTY; MAX_LATTICES],
             tables: [Table::EMPTY; MAX_TABLES],
             lattice_count: 0,
             table_count: 0,
             len: 0,
+            numbers: 0,
         };
-        let mut set_count = 0;
+        let mut set_count: usize = 0;
         let (mut loose, mut loose_count) = ([0; MAX_INPUTS], 0);
         for (input, axis) in axes.iter().enumerate() {
             check_axis(axis)?;
-            let span = Span { first: set_count, len: axis.centers.len() };
-            set_count = set_count.saturating_add(span.len);
+            set_count = set_count.saturating_add(axis.centers.len());
             at_most("sets", set_count, MAX_SETS)?;
-            new.spans[input] = span;
-            new.sets.write(span, axis.centers, axis.widths);
             let takes = |it: &mut Lattice| it.take(axis.centers, axis.widths);
             match new.lattices.iter_mut().position(takes) {
                 Some(lattice) => new.tables[lattice].take(input),
@@ -115,21 +120,65 @@ impl Axes {
         for (place, &input) in loose[..loose_count].iter().enumerate() {
             new.tables[new.lattice_count + place / LANES].take(input);
         }
-        new.lay_out();
+        new.lay_out(axes);
         Ok(new)
     }
 
-    /// Gives every table its memory and every input its column.
-    fn lay_out(&mut self) {
+    /// Gives every table its memory, every input its column, and all numbers their places.
+    fn lay_out(&mut self, axes: &[Axis<'_>]) {
+        let sets = |input: u8| axes[usize::from(input)].centers.len();
         for table in self.tables.iter_mut().take_while(|table| table.used > 0) {
-            let rows = table.inputs().iter().map(|&input| self.spans[input].len).max().unwrap_or(0);
-            table.span = Span { first: self.len, len: rows * LANES };
+            let rows = table.inputs().iter().map(|&input| sets(input)).max().unwrap_or(0);
+            (table.first, table.rows) = (self.len as u16, rows as u16);
             for (lane, &input) in table.inputs().iter().enumerate() {
-                self.columns[input] = Column { first: self.len + lane, len: self.spans[input].len };
+                self.columns[usize::from(input)] = Column::new(self.len + lane, sets(input));
             }
             self.len += rows * LANES;
             self.table_count += 1;
         }
+        self.numbers = self.lattices[..self.lattice_count].iter().map(Lattice::numbers).sum();
+        for (input, axis) in axes.iter().enumerate() {
+            self.sets[input] = match axes[..input].iter().position(|other| other == axis) {
+                Some(other) => self.sets[other],
+                None => {
+                    self.numbers += 2 * axis.centers.len();
+                    (self.numbers - 2 * axis.centers.len()) as u16
+                }
+            };
+        }
+    }
+
+    /// How many numbers it has.
+    pub fn numbers(&self) -> usize {
+        self.numbers
+    }
+
+    /// Writes the numbers of these axes, from which it was made.
+    pub fn write(&self, axes: &[Axis<'_>], numbers: &mut [f64]) {
+        let mut rest = &mut *numbers;
+        for (lattice, table) in self.lattices[..self.lattice_count].iter().zip(&self.tables) {
+            let (own, others) = rest.split_at_mut(lattice.numbers());
+            Lattice::clear(own);
+            for (lane, &input) in table.inputs().iter().enumerate() {
+                let Axis { centers, widths } = axes[usize::from(input)];
+                Lattice::write(lane, centers, widths, own);
+            }
+            rest = others;
+        }
+        for (input, axis) in axes.iter().enumerate() {
+            Sets::write(axis.centers, axis.widths, self.place(input).of_mut(numbers));
+        }
+    }
+
+    /// Where the numbers of the sets of an input stand.
+    #[inline]
+    fn place(&self, input: usize) -> Span {
+        Span { first: self.sets[input].into(), len: 2 * self.columns[input].len() }
+    }
+
+    #[inline]
+    fn sets_of<'a>(&self, numbers: &'a [f64], input: usize) -> Sets<'a> {
+        Sets::of(self.place(input).of(numbers))
     }
 
     /// Whether the memberships of an input are normalised to sum 1.
@@ -144,13 +193,13 @@ impl Axes {
 
     /// The smallest and the largest centre of each input, and its largest width.
     #[cfg(feature = "std")]
-    pub fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
-        self.spans[..self.inputs].iter().map(|span| self.sets.reach(*span))
+    pub fn reaches(&self, numbers: &[f64]) -> impl Iterator<Item = (f64, f64, f64)> {
+        (0..self.inputs).map(|input| self.sets_of(numbers, input).reach())
     }
 
     /// Number of sets of all inputs.
     pub fn sets(&self) -> usize {
-        self.columns().iter().map(|column| column.len).sum()
+        self.columns().iter().map(Column::len).sum()
     }
 
     /// Length of all tables of memberships, a whole number of lanes.
@@ -165,42 +214,41 @@ impl Axes {
     }
 
     /// FNV-1a of the sets of all inputs, from `start` on.
-    pub fn fingerprint(&self, start: u64) -> u64 {
+    pub fn fingerprint(&self, numbers: &[f64], start: u64) -> u64 {
         let start = fnv_of(start, [f64::from(u8::from(self.normalized))]);
-        self.spans[..self.inputs]
-            .iter()
-            .fold(start, |hash, span| self.sets.fingerprint(hash, *span))
+        let inputs = 0..self.inputs;
+        inputs.fold(start, |hash, input| self.sets_of(numbers, input).fingerprint(hash))
     }
 
     /// Writes the memberships of a finite x.
     #[inline(always)]
-    pub fn memberships<S: Simd>(&self, simd: S, x: &[f64], out: &mut [f64]) {
+    pub fn memberships<S: Simd>(&self, simd: S, numbers: &[f64], x: &[f64], out: &mut [f64]) {
         let (on_lattices, loose) = self.tables[..self.table_count].split_at(self.lattice_count);
+        let mut rest = numbers;
         for (lattice, table) in self.lattices.iter().zip(on_lattices) {
-            let rows = table.span.of_mut(out);
-            let beyond = lattice.memberships(simd, x, table.inputs(), self.normalized, rows);
+            let (own, others) = rest.split_at(lattice.numbers());
+            let (rows, inputs) = (table.span().of_mut(out), table.inputs());
+            let beyond = lattice.memberships(simd, own, (x, inputs), self.normalized, rows);
             if beyond != 0 {
-                self.one_by_one(table, beyond, x, out);
+                self.one_by_one(numbers, table, beyond, x, out);
             }
+            rest = others;
         }
         for table in loose {
-            table.span.of_mut(out).fill(0.0);
-            self.one_by_one(table, u8::MAX, x, out);
+            table.span().of_mut(out).fill(0.0);
+            self.one_by_one(numbers, table, u8::MAX, x, out);
         }
     }
 
     /// Writes the memberships of the inputs of a table in these lanes, bit by bit.
     #[cold]
-    fn one_by_one(&self, table: &Table, lanes: u8, x: &[f64], out: &mut [f64]) {
+    fn one_by_one(&self, numbers: &[f64], table: &Table, lanes: u8, x: &[f64], out: &mut [f64]) {
         for (lane, &input) in table.inputs().iter().enumerate() {
             if lanes >> lane & 1 != 0 {
+                let input = usize::from(input);
                 let column = self.columns[input].span().of_mut(out);
-                self.sets.memberships(
-                    self.spans[input],
-                    self.normalized,
-                    x[input],
-                    (column, LANES),
-                );
+                let sets = self.sets_of(numbers, input);
+                sets.memberships(self.normalized, x[input], (column, LANES));
             }
         }
     }
@@ -214,15 +262,15 @@ impl Axes {
         mut visit: impl FnMut(usize, f64),
     ) {
         for table in &self.tables[..self.table_count] {
-            let Line(sums) = dot_lanes(simd, table.span.of(left), table.span.of(right));
-            table.inputs().iter().zip(sums).for_each(|(&input, sum)| visit(input, sum));
+            let Line(sums) = dot_lanes(simd, table.span().of(left), table.span().of(right));
+            table.inputs().iter().zip(sums).for_each(|(&input, sum)| visit(input.into(), sum));
         }
     }
 
     /// Adds the exponents of every input's sets to `out`, set by set.
-    pub fn add_exponents(&self, x: &[f64], out: &mut [f64]) {
-        for (span, &x) in self.spans[..self.inputs].iter().zip(x) {
-            self.sets.add_exponents(*span, x, (out, 1));
+    pub fn add_exponents(&self, numbers: &[f64], x: &[f64], out: &mut [f64]) {
+        for (input, &x) in x[..self.inputs].iter().enumerate() {
+            self.sets_of(numbers, input).add_exponents(x, (out, 1));
         }
     }
 }

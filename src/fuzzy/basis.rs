@@ -21,16 +21,18 @@ use super::kronecker::{Column, kronecker};
 use super::lanes::dot;
 use super::layout::Layout;
 use super::membership::exponentials;
+use super::memory::{Buffer, Memory, Room};
 use super::places::{Dyad, Dyads};
 use crate::error::{Result, finite, length};
 use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_rarely_tiny};
 
 /// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes
-/// to.
+/// to, and may lend the one that its sets stand in.
 #[derive(Clone, Debug)]
-pub struct FuzzyBasis {
+pub struct FuzzyBasis<B: Buffer = Room> {
     form: Form,
     axes: Axes,
+    numbers: Memory<B>,
     /// The memberships of every input, block after block.
     factors: [Column; MAX_INPUTS],
     layout: Layout,
@@ -42,16 +44,49 @@ impl FuzzyBasis {
     /// # Errors
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
     /// `inputs`, `sets`, `rules`: more than [`MAX_INPUTS`], [`MAX_SETS`](super::MAX_SETS),
-    /// [`MAX_RULES`](super::MAX_RULES); nothing is allocated before that is known.
+    /// [`MAX_RULES`](super::MAX_RULES); nothing is allocated before that is known. Without `std`,
+    /// `buffer`: more sets than the basis has [`Room`] for; lend memory by
+    /// [`new_in`](Self::new_in).
     pub fn new(form: Form, normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
-        let axes = Axes::new(normalized, axes)?;
-        let (mut sets, mut factors) = ([0; MAX_INPUTS], [Column::EMPTY; MAX_INPUTS]);
-        sets.iter_mut().zip(axes.columns()).for_each(|(to, column)| *to = column.len);
-        let layout = Layout::new(form, &sets[..axes.inputs()], axes.len())?;
+        Self::over(form, normalized, axes, Memory::own)
+    }
+
+    /// Length of the buffer that the sets of these inputs need.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), for the sets.
+    pub fn buffer_len(axes: &[Axis<'_>]) -> Result<usize> {
+        Ok(Memory::<Room>::buffer_len(Axes::new(true, axes)?.numbers()))
+    }
+}
+
+impl<B: Buffer> FuzzyBasis<B> {
+    /// A basis over `axes.len()` inputs whose sets stand in a buffer of the caller's: an array, a
+    /// slice, a vector.
+    ///
+    /// # Errors
+    /// As [`new`](FuzzyBasis::new). `buffer`: shorter than [`buffer_len`](FuzzyBasis::buffer_len).
+    pub fn new_in(form: Form, normalized: bool, axes: &[Axis<'_>], buffer: B) -> Result<Self> {
+        Self::over(form, normalized, axes, |len| Memory::new(buffer, len))
+    }
+
+    #[inline(never)]
+    fn over(
+        form: Form,
+        normalized: bool,
+        sets: &[Axis<'_>],
+        memory: impl FnOnce(usize) -> Result<Memory<B>>,
+    ) -> Result<Self> {
+        let axes = Axes::new(normalized, sets)?;
+        let (mut counts, mut factors) = ([0; MAX_INPUTS], [Column::EMPTY; MAX_INPUTS]);
+        counts.iter_mut().zip(axes.columns()).for_each(|(to, column)| *to = column.len());
+        let layout = Layout::new(form, &counts[..axes.inputs()], axes.len())?;
         for (i, column) in axes.columns().iter().enumerate() {
             factors[i % layout.blocks * layout.inputs + i / layout.blocks] = *column;
         }
-        Ok(Self { form, axes, factors, layout })
+        let mut numbers = memory(axes.numbers())?;
+        axes.write(sets, numbers.as_mut_slice());
+        Ok(Self { form, axes, numbers, factors, layout })
     }
 
     /// How the sets combine.
@@ -118,7 +153,7 @@ impl FuzzyBasis {
     /// The smallest and the largest centre of each input, and its largest width.
     #[cfg(feature = "std")]
     pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
-        self.axes.reaches()
+        self.axes.reaches(self.numbers.as_slice())
     }
 
     /// An upper bound of |ξ| in a block: a firing strength is at most 1, normalised ones sum to 1
@@ -145,7 +180,7 @@ impl FuzzyBasis {
             Form::Concat => 2,
             Form::PerJoint { joints } => 3 + joints,
         };
-        self.axes.fingerprint(fnv_of(FNV_START, [form as f64]))
+        self.axes.fingerprint(self.numbers.as_slice(), fnv_of(FNV_START, [form as f64]))
     }
 
     /// Adds a packed weight row to one of [`block_rules`](Self::block_rules) entries.
@@ -227,7 +262,7 @@ impl FuzzyBasis {
                 _ => self.activate_concat(simd, x, memberships, products),
             };
         }
-        self.axes.memberships(simd, x, memberships);
+        self.axes.memberships(simd, self.numbers.as_slice(), x, memberships);
         for block in 0..blocks {
             let (leading, trailing) = self.factors(block).split_at(leading);
             let place = &mut products[block * size..(block + 1) * size];
@@ -247,7 +282,7 @@ impl FuzzyBasis {
         let rules = self.layout.inner;
         let out = &mut activation[..rules];
         out.fill(0.0);
-        self.axes.add_exponents(x, out);
+        self.axes.add_exponents(self.numbers.as_slice(), x, out);
         exponentials((out, 1), self.normalized());
     }
 
@@ -259,21 +294,21 @@ impl FuzzyBasis {
         memberships: &mut [f64],
         out: &mut [f64],
     ) {
-        self.axes.memberships(simd, x, memberships);
+        self.axes.memberships(simd, self.numbers.as_slice(), x, memberships);
         let all = self.axes.columns().iter().flat_map(|column| column.of(memberships));
         out.iter_mut().zip(all).for_each(|(y, p)| *y = *p);
     }
 }
 
 /// Evaluates a basis at a finite x.
-pub(crate) struct Activate<'a> {
-    pub basis: &'a FuzzyBasis,
+pub(crate) struct Activate<'a, B: Buffer> {
+    pub basis: &'a FuzzyBasis<B>,
     pub x: &'a [f64],
     pub scratch: &'a mut [f64],
     pub activation: &'a mut [f64],
 }
 
-impl WithSimd for Activate<'_> {
+impl<B: Buffer> WithSimd for Activate<'_, B> {
     type Output = ();
 
     #[inline(always)]

@@ -11,6 +11,7 @@ use pulp::{Simd, WithSimd};
 
 use super::axes::{Axes, Axis};
 use super::form::MAX_INPUTS;
+use super::memory::{Buffer, Memory, Room};
 use crate::error::{Result, finite, length};
 use crate::math::{
     FNV_START, LANES, Runs, Shared, TINY_KERNEL, lanes_unless_tiny, sqrt, unless_tiny,
@@ -19,10 +20,12 @@ use crate::math::{
 /// Blocks of atoms that are compared side by side.
 const BATCH: usize = 2;
 
-/// A product grid over any number of inputs, known by its memberships alone. Immutable.
+/// A product grid over any number of inputs, known by its memberships alone. Immutable; the caller
+/// may lend the buffer that its sets stand in.
 #[derive(Clone, Debug)]
-pub struct KernelBasis {
+pub struct KernelBasis<B: Buffer = Room> {
     axes: Axes,
+    numbers: Memory<B>,
 }
 
 impl KernelBasis {
@@ -32,9 +35,33 @@ impl KernelBasis {
     /// # Errors
     /// `centers`, `width`: not finite, empty, of unequal length, or a width outside 1e-9 … 1e9.
     /// `inputs`, `sets`: more than [`MAX_INPUTS`](super::MAX_INPUTS),
-    /// [`MAX_SETS`](super::MAX_SETS). There is no limit to the rules.
+    /// [`MAX_SETS`](super::MAX_SETS). There is no limit to the rules. Without `std`, `buffer`: more
+    /// sets than the basis has [`Room`] for; lend memory by [`new_in`](Self::new_in).
     pub fn new(normalized: bool, axes: &[Axis<'_>]) -> Result<Self> {
-        Ok(Self { axes: Axes::new(normalized, axes)? })
+        Self::over(normalized, axes, Memory::own)
+    }
+}
+
+impl<B: Buffer> KernelBasis<B> {
+    /// The same with its sets in a buffer of the caller's: an array, a slice, a vector. Its length
+    /// is that of [`FuzzyBasis::buffer_len`](super::FuzzyBasis::buffer_len).
+    ///
+    /// # Errors
+    /// As [`new`](KernelBasis::new). `buffer`: too short.
+    pub fn new_in(normalized: bool, axes: &[Axis<'_>], buffer: B) -> Result<Self> {
+        Self::over(normalized, axes, |len| Memory::new(buffer, len))
+    }
+
+    #[inline(never)]
+    fn over(
+        normalized: bool,
+        sets: &[Axis<'_>],
+        memory: impl FnOnce(usize) -> Result<Memory<B>>,
+    ) -> Result<Self> {
+        let axes = Axes::new(normalized, sets)?;
+        let mut numbers = memory(axes.numbers())?;
+        axes.write(sets, numbers.as_mut_slice());
+        Ok(Self { axes, numbers })
     }
 
     /// Whether ξ is normalised.
@@ -54,7 +81,7 @@ impl KernelBasis {
 
     /// Number of rules, the product of the numbers of sets; it may fit no integer.
     pub fn rules(&self) -> f64 {
-        self.axes.columns().iter().map(|column| column.len as f64).product()
+        self.axes.columns().iter().map(|column| column.len() as f64).product()
     }
 
     /// Length of the `work` buffer of [`kernel`](Self::kernel).
@@ -81,7 +108,7 @@ impl KernelBasis {
     /// The smallest and the largest centre of each input, and its largest width.
     #[cfg(feature = "std")]
     pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
-        self.axes.reaches()
+        self.axes.reaches(self.numbers.as_slice())
     }
 
     /// An upper bound of |ξ|.
@@ -97,7 +124,7 @@ impl KernelBasis {
 
     /// FNV-1a of all that ξ depends on.
     pub(crate) fn fingerprint(&self) -> u64 {
-        self.axes.fingerprint(FNV_START)
+        self.axes.fingerprint(self.numbers.as_slice(), FNV_START)
     }
 
     /// Length of an evaluated basis, a whole number of lanes.
@@ -108,7 +135,7 @@ impl KernelBasis {
     /// Writes the memberships of a finite x.
     #[inline(always)]
     fn activate<S: Simd>(&self, simd: S, x: &[f64], memberships: &mut [f64]) {
-        self.axes.memberships(simd, x, memberships);
+        self.axes.memberships(simd, self.numbers.as_slice(), x, memberships);
     }
 
     /// k of two evaluated bases.
@@ -146,18 +173,18 @@ impl KernelBasis {
     }
 
     #[inline(always)]
-    fn compare_blocks<S: Simd, const B: usize>(
+    fn compare_blocks<S: Simd, const W: usize>(
         &self,
         simd: S,
         memberships: &[f64],
-        atoms: [&[f64]; B],
+        atoms: [&[f64]; W],
         out: &mut [f64],
     ) {
         let parts = LANES / S::F64_LANES;
         let mut atoms = atoms.map(|block| S::as_simd_f64s(block).0.chunks_exact(parts));
-        let mut products = [[simd.splat_f64s(1.0); LANES]; B];
+        let mut products = [[simd.splat_f64s(1.0); LANES]; W];
         for column in self.axes.columns() {
-            let mut sums = [[simd.splat_f64s(0.0); LANES]; B];
+            let mut sums = [[simd.splat_f64s(0.0); LANES]; W];
             for p in column.of(memberships) {
                 let p = simd.splat_f64s(*p);
                 for (sums, atoms) in sums.iter_mut().zip(&mut atoms) {
@@ -208,7 +235,7 @@ impl KernelBasis {
     ) -> f64 {
         let columns = self.axes.columns().iter();
         let sums = columns.map(|column| {
-            let pairs = (&mut left).take(column.len).zip((&mut right).take(column.len));
+            let pairs = (&mut left).take(column.len()).zip((&mut right).take(column.len()));
             pairs.map(|(p, other)| p * other).sum::<f64>()
         });
         sums.product()
@@ -223,13 +250,13 @@ impl KernelBasis {
 }
 
 /// Writes the memberships of a finite x.
-pub(crate) struct Memberships<'a> {
-    pub basis: &'a KernelBasis,
+pub(crate) struct Memberships<'a, B: Buffer> {
+    pub basis: &'a KernelBasis<B>,
     pub x: &'a [f64],
     pub memberships: &'a mut [f64],
 }
 
-impl WithSimd for Memberships<'_> {
+impl<B: Buffer> WithSimd for Memberships<'_, B> {
     type Output = ();
 
     #[inline(always)]
@@ -239,13 +266,13 @@ impl WithSimd for Memberships<'_> {
 }
 
 /// k of two evaluated bases.
-pub(crate) struct Kernel<'a> {
-    pub basis: &'a KernelBasis,
+pub(crate) struct Kernel<'a, B: Buffer> {
+    pub basis: &'a KernelBasis<B>,
     pub left: &'a [f64],
     pub right: &'a [f64],
 }
 
-impl WithSimd for Kernel<'_> {
+impl<B: Buffer> WithSimd for Kernel<'_, B> {
     type Output = f64;
 
     #[inline(always)]
@@ -255,14 +282,14 @@ impl WithSimd for Kernel<'_> {
 }
 
 /// k of `memberships` with every atom.
-pub(crate) struct Compare<'a> {
-    pub basis: &'a KernelBasis,
+pub(crate) struct Compare<'a, B: Buffer> {
+    pub basis: &'a KernelBasis<B>,
     pub memberships: &'a [f64],
     pub atoms: &'a [f64],
     pub out: &'a mut [f64],
 }
 
-impl WithSimd for Compare<'_> {
+impl<B: Buffer> WithSimd for Compare<'_, B> {
     type Output = ();
 
     #[inline(always)]

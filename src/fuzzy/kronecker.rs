@@ -9,22 +9,37 @@ use crate::math::{LANES, TINY_STRENGTH, lanes_unless_tiny};
 /// The memberships of one input: every [`LANES`]th entry from `first` on, `len` of them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Column {
-    pub first: usize,
-    pub len: usize,
+    first: u16,
+    len: u16,
 }
 
 impl Column {
     pub const EMPTY: Self = Self { first: 0, len: 0 };
 
+    /// A column of one of the tables of [`MAX_SETS`](super::MAX_SETS) sets at the most.
+    pub fn new(first: usize, len: usize) -> Self {
+        Self { first: first as u16, len: len as u16 }
+    }
+
+    #[inline]
+    pub fn first(&self) -> usize {
+        self.first.into()
+    }
+
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.len.into()
+    }
+
     #[inline]
     pub fn of<'a>(&self, memberships: &'a [f64]) -> impl Iterator<Item = &'a f64> {
-        memberships[self.first..].iter().step_by(LANES).take(self.len)
+        memberships[self.first()..].iter().step_by(LANES).take(self.len())
     }
 
     /// The stretch of memory from the first entry to the last.
     #[inline]
     pub fn span(&self) -> Span {
-        Span { first: self.first, len: (self.len * LANES + 1).saturating_sub(LANES) }
+        Span { first: self.first(), len: (self.len() * LANES + 1).saturating_sub(LANES) }
     }
 }
 
@@ -46,7 +61,7 @@ pub(crate) fn kronecker<S: Simd>(
     };
     let (mut from, mut to) = if others.len() % 2 == 0 { (out, scratch) } else { (scratch, out) };
     from.iter_mut().zip(last.of(memberships)).for_each(|(y, p)| *y = *p);
-    let mut len = last.len;
+    let mut len = last.len();
     for (k, factor) in others.iter().rev().enumerate() {
         match len {
             2 if k == 0 => pair::<2>(memberships, *factor, *last, to),
@@ -59,7 +74,7 @@ pub(crate) fn kronecker<S: Simd>(
                 long_rows(simd, memberships, *factor, &from[..len.next_multiple_of(LANES)], len, to)
             }
         }
-        len *= factor.len;
+        len *= factor.len();
         (from, to) = (to, from);
     }
     from[len..len + LANES].copy_from_slice(&[0.0; LANES]);
@@ -71,10 +86,10 @@ pub(crate) fn kronecker<S: Simd>(
 fn pair<const L: usize>(memberships: &[f64], left: Column, right: Column, out: &mut [f64]) {
     let mut row = [0.0; L];
     for set in 0..L {
-        row[set] = memberships[right.first + set * LANES];
+        row[set] = memberships[right.first() + set * LANES];
     }
-    let (mut place, mut rest) = (left.first, out);
-    for _ in 0..left.len {
+    let (mut place, mut rest) = (left.first(), out);
+    for _ in 0..left.len() {
         let p = memberships[place];
         let Some((to, others)) = rest.split_first_chunk_mut::<L>() else { return };
         for set in 0..L {
@@ -95,8 +110,8 @@ fn long_rows<S: Simd>(
     out: &mut [f64],
 ) {
     let runs = S::as_simd_f64s(row).0.as_chunks::<BLOCK>();
-    let (mut rest, mut place) = (out, factor.first);
-    for _ in 0..factor.len {
+    let (mut rest, mut place) = (out, factor.first());
+    for _ in 0..factor.len() {
         scale(simd, memberships[place], runs, rest);
         place += LANES;
         rest = &mut rest[len..];
@@ -133,7 +148,7 @@ mod tests {
 
     /// Inputs with these numbers of sets, side by side.
     fn columns_of(sets: &[usize]) -> Vec<Column> {
-        sets.iter().enumerate().map(|(first, &len)| Column { first, len }).collect()
+        sets.iter().enumerate().map(|(first, &len)| Column::new(first, len)).collect()
     }
 
     struct Product<'a>(&'a [f64], &'a [Column], usize);

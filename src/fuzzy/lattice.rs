@@ -33,61 +33,68 @@ type Lanes = [f64; LANES];
 /// What inputs must share to stand side by side: the lattice steps k of their sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Pattern {
-    sets: usize,
+    sets: u8,
     steps: [u8; MAX_SETS],
 }
 
-/// Inputs whose sets share a pattern.
+/// Inputs whose sets share a pattern. Their numbers stand in memory, a row of lanes each: p, d/σ²,
+/// 1/2σ², the |x − p| up to which the powers of t, and μ_p, are normal floats, and then
+/// exp(−(k d)²/2σ²) of each set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Lattice {
     pattern: Pattern,
     /// Lanes in use.
-    used: usize,
-    /// p, d/σ² and 1/2σ² of each lane.
-    centers: Line,
-    slopes: Line,
-    half_precisions: Line,
-    /// |x − p| up to which the powers of t, and μ_p, are normal floats.
-    reaches: Line,
-    /// exp(−(k d)²/2σ²) of each set.
-    decays: [Line; MAX_SETS],
+    used: u8,
 }
 
-impl Lattice {
-    pub const EMPTY: Self = Self {
-        pattern: Pattern { sets: 0, steps: [0; MAX_SETS] },
-        used: 0,
-        centers: Line([0.0; LANES]),
-        slopes: Line([0.0; LANES]),
-        half_precisions: Line([0.0; LANES]),
-        reaches: Line([f64::INFINITY; LANES]),
-        decays: [Line([1.0; LANES]); MAX_SETS],
-    };
+/// Rows of numbers before those of the sets.
+const HEAD: usize = 4;
 
-    /// Puts an input into the next lane; false if there is none, or its sets are on no lattice, or
+/// Those in the lanes without an input.
+const UNUSED: [f64; HEAD] = [0.0, 0.0, 0.0, f64::INFINITY];
+
+impl Lattice {
+    pub const EMPTY: Self = Self { pattern: Pattern { sets: 0, steps: [0; MAX_SETS] }, used: 0 };
+
+    /// Takes an input into the next lane; false if there is none, or its sets are on no lattice, or
     /// on another.
     pub fn take(&mut self, centers: &[f64], widths: &[f64]) -> bool {
-        let Some((pattern, step)) = Pattern::recognise(centers, widths) else { return false };
-        if self.used == LANES || self.used > 0 && self.pattern != pattern {
+        let Some((pattern, _)) = Pattern::recognise(centers, widths) else { return false };
+        if usize::from(self.used) == LANES || self.used > 0 && self.pattern != pattern {
             return false;
         }
-        let (lane, center) = (self.used, centers[0]);
-        let half_precision = 0.5 / (widths[0] * widths[0]);
         let span = centers[centers.len() - 1] - centers[0];
-        if span * span * half_precision > MAX_SPAN {
+        if span * span * half_precision(widths) > MAX_SPAN {
             return false;
         }
         self.pattern = pattern;
-        self.centers.0[lane] = center;
-        self.slopes.0[lane] = 2.0 * step * half_precision;
-        self.half_precisions.0[lane] = half_precision;
-        self.reaches.0[lane] =
-            (MAX_EXPONENT / (2.0 * half_precision * span)).min(sqrt(MAX_EXPONENT / half_precision));
-        for (decays, c) in self.decays.iter_mut().zip(centers) {
-            decays.0[lane] = exp(-(c - center) * (c - center) * half_precision);
-        }
         self.used += 1;
         true
+    }
+
+    /// How many numbers it has.
+    pub fn numbers(&self) -> usize {
+        (HEAD + usize::from(self.pattern.sets)) * LANES
+    }
+
+    /// Writes the numbers of lanes without an input.
+    pub fn clear(numbers: &mut [f64]) {
+        let (head, decays) = numbers.split_at_mut(HEAD * LANES);
+        head.chunks_exact_mut(LANES).zip(UNUSED).for_each(|(row, x)| row.fill(x));
+        decays.fill(1.0);
+    }
+
+    /// Writes the numbers of the input in this lane.
+    pub fn write(lane: usize, centers: &[f64], widths: &[f64], numbers: &mut [f64]) {
+        let Some((_, step)) = Pattern::recognise(centers, widths) else { return };
+        let (center, half_precision) = (centers[0], half_precision(widths));
+        let span = centers[centers.len() - 1] - center;
+        let reach =
+            (MAX_EXPONENT / (2.0 * half_precision * span)).min(sqrt(MAX_EXPONENT / half_precision));
+        let head = [center, 2.0 * step * half_precision, half_precision, reach];
+        let decay = |c: &f64| exp(-(c - center) * (c - center) * half_precision);
+        let all = head.into_iter().chain(centers.iter().map(decay));
+        numbers.chunks_exact_mut(LANES).zip(all).for_each(|(row, x)| row[lane] = x);
     }
 
     /// Writes the memberships of these `inputs` of x, one a lane, a row of lanes a set. Those
@@ -96,28 +103,21 @@ impl Lattice {
     pub fn memberships<S: Simd>(
         &self,
         simd: S,
-        x: &[f64],
-        inputs: &[usize],
+        numbers: &[f64],
+        (x, inputs): (&[f64], &[u8]),
         normalized: bool,
         rows: &mut [f64],
     ) -> u8 {
-        let rows = &mut rows.as_chunks_mut::<LANES>().0[..self.pattern.sets];
+        let rows = &mut rows.as_chunks_mut::<LANES>().0[..self.pattern.sets.into()];
+        let Some((head, decays)) = numbers.as_chunks::<LANES>().0.split_first_chunk() else {
+            return 0;
+        };
         let mut within = true;
         for (part, inputs) in inputs.chunks(S::F64_LANES).enumerate() {
             let x = gather(simd, x, inputs);
-            within &= self.part(simd, part, x, normalized, rows);
+            within &= self.part(simd, part, x, (head, decays), normalized, rows);
         }
-        if within { 0 } else { self.beyond(x, inputs) }
-    }
-
-    /// The lanes that are too far out, bit by bit.
-    #[cold]
-    fn beyond(&self, x: &[f64], inputs: &[usize]) -> u8 {
-        let far = |lane: usize, input: usize| {
-            (x[input] - self.centers.0[lane]).abs() > self.reaches.0[lane]
-        };
-        let lanes = inputs.iter().enumerate().filter(|&(lane, &input)| far(lane, input));
-        lanes.fold(0, |bits, (lane, _)| bits | 1 << lane)
+        if within { 0 } else { beyond(head, x, inputs) }
     }
 
     /// The memberships of the inputs in the lanes of one register; whether all are within reach.
@@ -127,20 +127,19 @@ impl Lattice {
         simd: S,
         part: usize,
         x: S::f64s,
+        ([centers, slopes, half_precisions, reaches], decays): (&[Lanes; HEAD], &[Lanes]),
         normalized: bool,
         rows: &mut [Lanes],
     ) -> bool {
-        let lanes = |x: &Line| S::as_simd_f64s(&x.0).0[part];
-        let offset = simd.sub_f64s(x, lanes(&self.centers));
-        let beyond = simd.less_than_f64s(lanes(&self.reaches), simd.abs_f64s(offset));
+        let lanes = |x: &Lanes| S::as_simd_f64s(x).0[part];
+        let offset = simd.sub_f64s(x, lanes(centers));
+        let beyond = simd.less_than_f64s(lanes(reaches), simd.abs_f64s(offset));
         let square = |x| simd.mul_f64s(x, x);
-        let t = exponential(simd, simd.mul_f64s(lanes(&self.slopes), offset));
+        let t = exponential(simd, simd.mul_f64s(lanes(slopes), offset));
         let t2 = square(t);
         let (mut power, mut k) = (simd.splat_f64s(1.0), 0);
         let mut sum = simd.splat_f64s(0.0);
-        for (row, (decays, &step)) in
-            rows.iter_mut().zip(self.decays.iter().zip(&self.pattern.steps))
-        {
+        for (row, (decays, &step)) in rows.iter_mut().zip(decays.iter().zip(&self.pattern.steps)) {
             while k + 2 <= step {
                 power = simd.mul_f64s(power, t2);
                 k += 2;
@@ -156,7 +155,7 @@ impl Lattice {
         let scale = if normalized {
             simd.div_f64s(simd.splat_f64s(1.0), sum)
         } else {
-            let exponent = simd.mul_f64s(square(offset), lanes(&self.half_precisions));
+            let exponent = simd.mul_f64s(square(offset), lanes(half_precisions));
             exponential(simd, simd.neg_f64s(exponent))
         };
         for row in rows {
@@ -168,17 +167,31 @@ impl Lattice {
     }
 }
 
+/// The lanes that are too far out, bit by bit.
+#[cold]
+fn beyond([centers, .., reaches]: &[Lanes; HEAD], x: &[f64], inputs: &[u8]) -> u8 {
+    let far =
+        |lane: usize, input: u8| (x[usize::from(input)] - centers[lane]).abs() > reaches[lane];
+    let lanes = inputs.iter().enumerate().filter(|&(lane, &input)| far(lane, input));
+    lanes.fold(0, |bits, (lane, _)| bits | 1 << lane)
+}
+
+/// 1/2σ² of sets of one width.
+fn half_precision(widths: &[f64]) -> f64 {
+    0.5 / (widths[0] * widths[0])
+}
+
 /// These entries of x in the first lanes of a register, 0 in the others. Numbers that are written
 /// one by one could not be read soon as a register, so each is put into all lanes and kept in the
 /// one that is its own.
 #[inline(always)]
-fn gather<S: Simd>(simd: S, x: &[f64], inputs: &[usize]) -> S::f64s {
+fn gather<S: Simd>(simd: S, x: &[f64], inputs: &[u8]) -> S::f64s {
     const NUMBERS: Line = Line([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
     let numbers = S::as_simd_f64s(&NUMBERS.0).0[0];
     let mut gathered = simd.splat_f64s(0.0);
     for (lane, &input) in inputs.iter().enumerate() {
         let before = simd.less_than_f64s(numbers, simd.splat_f64s(NUMBERS.0[lane]));
-        gathered = simd.select_f64s(before, gathered, simd.splat_f64s(x[input]));
+        gathered = simd.select_f64s(before, gathered, simd.splat_f64s(x[usize::from(input)]));
     }
     let used = simd.less_than_f64s(numbers, simd.splat_f64s(inputs.len() as f64));
     simd.select_f64s(used, gathered, simd.splat_f64s(0.0))
@@ -192,7 +205,7 @@ impl Pattern {
             return None;
         }
         let step = smallest_gap(centers)?;
-        let mut pattern = Self { sets, steps: [0; MAX_SETS] };
+        let mut pattern = Self { sets: sets as u8, steps: [0; MAX_SETS] };
         for (k, center) in pattern.steps.iter_mut().zip(centers) {
             let steps = (center - centers[0]) / step;
             let whole = libm::round(steps);

@@ -4,65 +4,62 @@
 //! Normalised memberships are taken relative to the strongest set, so that they never become 0/0,
 //! however far x is from every centre.
 
-use super::form::MAX_SETS;
-use super::places::Span;
 use crate::math::{TINY_MEMBERSHIP, decay, fnv_of, unless_tiny};
 
 /// Inputs are clamped here: no signal is farther out, and its square still fits a float.
 const FAR: f64 = 1e100;
 
-/// The sets of all inputs, one after the other.
-#[derive(Clone, Debug)]
-pub(super) struct Sets {
-    centers: [f64; MAX_SETS],
-    inverse_widths: [f64; MAX_SETS],
+/// The sets of one input.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sets<'a> {
+    pub centers: &'a [f64],
+    /// 1/σ of each.
+    pub inverse_widths: &'a [f64],
 }
 
-impl Sets {
-    pub const NONE: Self = Self { centers: [0.0; MAX_SETS], inverse_widths: [1.0; MAX_SETS] };
-
-    /// Writes the sets of an input.
-    pub fn write(&mut self, place: Span, centers: &[f64], widths: &[f64]) {
-        for (j, center) in centers.iter().enumerate() {
-            self.centers[place.first + j] = *center;
-            self.inverse_widths[place.first + j] = 1.0 / widths[j.min(widths.len() - 1)];
-        }
+impl<'a> Sets<'a> {
+    /// The sets that stand in `numbers`: centres, then inverse widths.
+    #[inline]
+    pub fn of(numbers: &'a [f64]) -> Self {
+        let (centers, inverse_widths) = numbers.split_at(numbers.len() / 2);
+        Self { centers, inverse_widths }
     }
 
-    /// FNV-1a of the sets of `place`, from `start` on.
-    pub fn fingerprint(&self, start: u64, place: Span) -> u64 {
-        let start = fnv_of(start, [place.len as f64]);
-        let centers = fnv_of(start, place.of(&self.centers).iter().copied());
-        fnv_of(centers, place.of(&self.inverse_widths).iter().copied())
+    /// Writes sets of these widths, one for all or one a set, to where [`of`](Self::of) finds them.
+    pub fn write(centers: &[f64], widths: &[f64], numbers: &mut [f64]) {
+        let (own, inverse) = numbers.split_at_mut(centers.len());
+        own.copy_from_slice(centers);
+        let width = |j: usize| widths[j.min(widths.len() - 1)];
+        inverse.iter_mut().enumerate().for_each(|(j, y)| *y = 1.0 / width(j));
     }
 
-    /// The smallest and the largest centre of an input, and its largest width.
+    /// FNV-1a of the sets, from `start` on.
+    pub fn fingerprint(&self, start: u64) -> u64 {
+        let start = fnv_of(start, [self.centers.len() as f64]);
+        let centers = fnv_of(start, self.centers.iter().copied());
+        fnv_of(centers, self.inverse_widths.iter().copied())
+    }
+
+    /// The smallest and the largest centre, and the largest width.
     #[cfg(feature = "std")]
-    pub fn reach(&self, place: Span) -> (f64, f64, f64) {
-        let (centers, inverse) = (place.of(&self.centers), place.of(&self.inverse_widths));
+    pub fn reach(&self) -> (f64, f64, f64) {
         let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = centers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (least(centers), largest, 1.0 / least(inverse))
+        let largest = self.centers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        (least(self.centers), largest, 1.0 / least(self.inverse_widths))
     }
 
-    /// Writes the memberships of x in the sets of `place`, normalised to sum 1 or raw, to every
-    /// `stride`th entry. No NaN for any finite x.
-    pub fn memberships(
-        &self,
-        place: Span,
-        normalized: bool,
-        x: f64,
-        (out, stride): (&mut [f64], usize),
-    ) {
+    /// Writes the memberships of x, normalised to sum 1 or raw, to every `stride`th entry. No NaN
+    /// for any finite x.
+    pub fn memberships(&self, normalized: bool, x: f64, (out, stride): (&mut [f64], usize)) {
         out.iter_mut().step_by(stride).for_each(|y| *y = 0.0);
-        self.add_exponents(place, x, (out, stride));
+        self.add_exponents(x, (out, stride));
         exponentials((out, stride), normalized);
     }
 
-    /// Adds −½((x − c)/σ)² of each set in `place` to every `stride`th entry.
-    pub fn add_exponents(&self, place: Span, x: f64, (out, stride): (&mut [f64], usize)) {
+    /// Adds −½((x − c)/σ)² of each set to every `stride`th entry.
+    pub fn add_exponents(&self, x: f64, (out, stride): (&mut [f64], usize)) {
         let x = x.clamp(-FAR, FAR);
-        let sets = place.of(&self.centers).iter().zip(place.of(&self.inverse_widths));
+        let sets = self.centers.iter().zip(self.inverse_widths);
         for ((center, inverse_width), y) in sets.zip(out.iter_mut().step_by(stride)) {
             let z = (x - center) * inverse_width;
             *y += -0.5 * z * z;

@@ -11,6 +11,7 @@ pub(crate) mod lanes;
 mod lattice;
 mod layout;
 mod membership;
+mod memory;
 mod places;
 
 #[cfg(feature = "std")]
@@ -21,3 +22,5 @@ pub use basis::FuzzyBasis;
 pub use form::{Form, MAX_INPUTS, MAX_RULES, MAX_SETS};
 pub use kernel_basis::KernelBasis;
 pub(crate) use kernel_basis::{Compare, Kernel, Memberships, Nearest};
+pub(crate) use memory::Memory;
+pub use memory::{Buffer, Room};

@@ -32,3 +32,12 @@ pub fn step<B: Buffer>(tracker: &mut Tracker<B>, q: [f64; 2], dq: [f64; 2]) -> R
     let (q, dq) = (Vector::<2>::from(q), Vector::<2>::from(dq));
     Ok(controller.step(state, &q, &dq, &desired, PERIOD)?.tau.into())
 }
+
+/// Bytes of controller, basis, state, and of the memory lent to the state.
+#[allow(dead_code)]
+pub fn sizes<B: Buffer>(tracker: &Tracker<B>) -> [usize; 4] {
+    let Tracker { controller, state, .. } = tracker;
+    let memory = controller.compensator.buffer_len() * size_of::<f64>();
+    let basis = size_of_val(controller.compensator.basis());
+    [size_of_val(controller), basis, size_of_val(state), memory]
+}

@@ -14,4 +14,5 @@ mod eigen;
 mod layers;
 mod limits;
 mod riccati;
+mod room;
 mod serial;

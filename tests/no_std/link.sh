@@ -1,16 +1,11 @@
 #!/bin/sh
-# Links the crate without std into a C program, runs it, and compares its torques with the same steps with std.
+# Links the crate without std into a C program, runs it, and compares its torques with the same
+# steps with std.
 # Usage: tests/no_std/link.sh (needs cargo and a C compiler; CARGO_TARGET_DIR is respected)
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 target=${CARGO_TARGET_DIR:-$here/../../target}
-build=$target/no_std
-mkdir -p "$build"
-
-CARGO_TARGET_DIR=$build cargo build --quiet --locked --release --manifest-path "$here/Cargo.toml"
-"${CC:-cc}" -std=c99 -Wall -Werror -O1 "$here/main.c" "$build/release/libsteadyarm_no_std.a" -lm \
-    -o "$build/main"
-without=$("$build/main")
+. "$here/host.sh"
 echo "without std: $without"
 
 if nm -u "$build/main" | grep -E ' (malloc|calloc|realloc|free|__rust_alloc)'; then

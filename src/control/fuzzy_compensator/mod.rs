@@ -12,19 +12,18 @@ mod tasks;
 pub(super) use saved::FROZEN;
 pub use state::FuzzyState;
 
-use super::memory::{Buffer, Memory};
 use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
 use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
 use crate::fuzzy::lanes::norm_squared;
-use crate::fuzzy::{Form, FuzzyBasis};
+use crate::fuzzy::{Buffer, Form, FuzzyBasis, Memory, Room};
 use crate::math::{TINY_WEIGHT, unless_tiny};
 use crate::riccati::JointSolution;
 
 /// The compensator's configuration, with P solved for. Immutable.
 #[derive(Clone, Debug)]
-pub struct FuzzyCompensator<const N: usize> {
-    basis: FuzzyBasis,
+pub struct FuzzyCompensator<const N: usize, T: Buffer = Room> {
+    basis: FuzzyBasis<T>,
     update: Update<N>,
     places: Places,
 }
@@ -43,7 +42,7 @@ struct Places {
     end: usize,
 }
 
-impl<const N: usize> FuzzyCompensator<N> {
+impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
     /// A compensator for these feedback gains; solves (19) for P.
     ///
     /// # Errors
@@ -51,7 +50,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     /// [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
     /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
-        basis: FuzzyBasis,
+        basis: FuzzyBasis<T>,
         gains: &Gains<N>,
         parameters: FuzzyParameters<N>,
     ) -> Result<Self> {
@@ -65,7 +64,7 @@ impl<const N: usize> FuzzyCompensator<N> {
     }
 
     /// The basis ξ.
-    pub fn basis(&self) -> &FuzzyBasis {
+    pub fn basis(&self) -> &FuzzyBasis<T> {
         &self.basis
     }
 
@@ -215,7 +214,7 @@ fn usable(weight: f64) -> bool {
 }
 
 impl Places {
-    fn new(basis: &FuzzyBasis, joints: usize, prior: bool) -> Self {
+    fn new<T: Buffer>(basis: &FuzzyBasis<T>, joints: usize, prior: bool) -> Self {
         let matrix = joints * basis.row_len();
         let stages = if prior { 2 * matrix } else { matrix };
         let stage = basis.activation_len();

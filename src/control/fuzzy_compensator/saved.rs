@@ -19,7 +19,7 @@ const FORGED: f64 = 1e-150;
 /// Squares below this are lost in a sum.
 const TINY: f64 = 1e-280;
 
-impl<const N: usize, B: Buffer> Saves<N, FuzzyState<N, B>> for FuzzyCompensator<N> {
+impl<const N: usize, T: Buffer, B: Buffer> Saves<N, FuzzyState<N, B>> for FuzzyCompensator<N, T> {
     fn known_flags(&self) -> u64 {
         FROZEN | PRIOR | NORMS
     }

@@ -1,8 +1,8 @@
 //! What a fuzzy compensator remembers: its weights, and what each stage of the current step
 //! recorded.
 
-use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;
+use crate::fuzzy::{Buffer, Memory};
 use crate::math::{Vector, sqrt};
 
 /// Weights and scratch memory of a fuzzy compensator.

@@ -14,7 +14,9 @@ use crate::math::{Runs, Shared, Vector, WHOLE};
 /// Tiny weights are looked for once in so many steps.
 const FLUSH_EVERY: u64 = 256;
 
-impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompensator<N> {
+impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
+    for FuzzyCompensator<N, T>
+{
     fn estimate(
         &self,
         state: &mut FuzzyState<N, B>,
@@ -92,14 +94,14 @@ impl<const N: usize, B: Buffer> Compensator<N, FuzzyState<N, B>> for FuzzyCompen
 }
 
 /// A stage.
-struct Estimate<'a, const N: usize, B: Buffer> {
-    compensator: &'a FuzzyCompensator<N>,
+struct Estimate<'a, const N: usize, T: Buffer, B: Buffer> {
+    compensator: &'a FuzzyCompensator<N, T>,
     state: &'a mut FuzzyState<N, B>,
     stage: &'a Stage<'a>,
     sample: &'a Sample<N>,
 }
 
-impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
+impl<const N: usize, T: Buffer, B: Buffer> Estimate<'_, N, T, B> {
     #[inline(always)]
     fn with(self, tasks: impl Runs) -> Vector<N> {
         let Self { compensator, state, stage, sample } = self;
@@ -114,7 +116,7 @@ impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
     }
 }
 
-impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
+impl<const N: usize, T: Buffer, B: Buffer> WithSimd for Estimate<'_, N, T, B> {
     type Output = Vector<N>;
 
     #[inline(always)]
@@ -124,20 +126,20 @@ impl<const N: usize, B: Buffer> WithSimd for Estimate<'_, N, B> {
 }
 
 /// The end of a step.
-struct WriteWeights<'a, const N: usize, B: Buffer> {
-    compensator: &'a FuzzyCompensator<N>,
+struct WriteWeights<'a, const N: usize, T: Buffer, B: Buffer> {
+    compensator: &'a FuzzyCompensator<N, T>,
     state: &'a mut FuzzyState<N, B>,
     count: usize,
 }
 
-impl<const N: usize, B: Buffer> WriteWeights<'_, N, B> {
+impl<const N: usize, T: Buffer, B: Buffer> WriteWeights<'_, N, T, B> {
     #[inline(always)]
     fn with(self, tasks: impl Runs) {
         self.compensator.write_weights(tasks, self.state, self.count);
     }
 }
 
-impl<const N: usize, B: Buffer> WithSimd for WriteWeights<'_, N, B> {
+impl<const N: usize, T: Buffer, B: Buffer> WithSimd for WriteWeights<'_, N, T, B> {
     type Output = ();
 
     #[inline(always)]
@@ -146,7 +148,7 @@ impl<const N: usize, B: Buffer> WithSimd for WriteWeights<'_, N, B> {
     }
 }
 
-impl<const N: usize> FuzzyCompensator<N> {
+impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
     /// Evaluates the basis into the place of stage i.
     #[inline(always)]
     fn activate<B: Buffer>(

@@ -7,18 +7,18 @@
 use pulp::{Simd, WithSimd};
 
 use super::MAX_STAGES;
-use crate::fuzzy::FuzzyBasis;
 use crate::fuzzy::lanes::{accumulate, contract};
+use crate::fuzzy::{Buffer, FuzzyBasis};
 use crate::math::{TINY_ESTIMATE, TINY_TERM, unless_rarely_tiny, unless_tiny};
 
 /// ξᵢ·ξⱼ of each joint's rules.
-pub(super) struct Dots<'a> {
-    pub basis: &'a FuzzyBasis,
+pub(super) struct Dots<'a, T: Buffer> {
+    pub basis: &'a FuzzyBasis<T>,
     pub activations: [&'a [f64]; 2],
     pub out: &'a mut [f64],
 }
 
-impl WithSimd for Dots<'_> {
+impl<T: Buffer> WithSimd for Dots<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -29,14 +29,14 @@ impl WithSimd for Dots<'_> {
 }
 
 /// The products of a matrix, a row a joint, with an evaluated basis; tiny ones are zero.
-pub(super) struct Products<'a> {
-    pub basis: &'a FuzzyBasis,
+pub(super) struct Products<'a, T: Buffer> {
+    pub basis: &'a FuzzyBasis<T>,
     pub matrix: &'a [f64],
     pub activation: &'a [f64],
     pub out: &'a mut [f64],
 }
 
-impl WithSimd for Products<'_> {
+impl<T: Buffer> WithSimd for Products<'_, T> {
     type Output = ();
 
     #[inline(always)]
@@ -69,8 +69,8 @@ fn whole(estimate: f64) -> f64 {
 }
 
 /// D ← keep D + Σ cⱼ ξⱼᵀ, row by row, and |Dₙ|².
-pub(super) struct WriteRows<'a> {
-    pub basis: &'a FuzzyBasis,
+pub(super) struct WriteRows<'a, T: Buffer> {
+    pub basis: &'a FuzzyBasis<T>,
     pub weights: &'a mut [f64],
     pub norms: &'a mut [f64],
     pub keep: &'a [f64],
@@ -79,7 +79,7 @@ pub(super) struct WriteRows<'a> {
     pub activations: &'a [&'a [f64]],
 }
 
-impl WithSimd for WriteRows<'_> {
+impl<T: Buffer> WithSimd for WriteRows<'_, T> {
     type Output = ();
 
     #[inline(always)]

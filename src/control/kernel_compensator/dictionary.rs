@@ -32,7 +32,7 @@ struct Term<'a, const N: usize> {
     size: f64,
 }
 
-impl<const N: usize> KernelCompensator<N> {
+impl<const N: usize, T: Buffer> KernelCompensator<N, T> {
     /// W ← keep W + Σ cⱼ ξⱼᵀ over the stages before `count`.
     pub(super) fn write<B: Buffer>(
         &self,

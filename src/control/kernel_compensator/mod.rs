@@ -28,11 +28,10 @@ mod tests;
 
 pub use state::KernelState;
 
-use super::memory::{Buffer, Memory};
 use super::update::Update;
 use super::{FuzzyParameters, Gains, MAX_STAGES};
 use crate::error::{Result, at_most, length, not_empty, within};
-use crate::fuzzy::KernelBasis;
+use crate::fuzzy::{Buffer, KernelBasis, Memory, Room};
 use crate::math::LANES;
 use crate::riccati::JointSolution;
 
@@ -72,8 +71,8 @@ impl KernelParameters {
 
 /// The compensator's configuration, with P solved for. Immutable.
 #[derive(Clone, Debug)]
-pub struct KernelCompensator<const N: usize> {
-    basis: KernelBasis,
+pub struct KernelCompensator<const N: usize, T: Buffer = Room> {
+    basis: KernelBasis<T>,
     update: Update<N>,
     kernel: KernelParameters,
     places: Places,
@@ -106,7 +105,7 @@ struct Places {
     end: usize,
 }
 
-impl<const N: usize> KernelCompensator<N> {
+impl<const N: usize, T: Buffer> KernelCompensator<N, T> {
     /// A compensator for these feedback gains; solves (19) for P.
     ///
     /// # Errors
@@ -115,7 +114,7 @@ impl<const N: usize> KernelCompensator<N> {
     /// [`Adaptation`](super::Adaptation). `q`, `gamma`: out of range, or
     /// [`NoStabilizingSolution`](crate::Problem::NoStabilizingSolution) where (19) has none.
     pub fn new(
-        basis: KernelBasis,
+        basis: KernelBasis<T>,
         gains: &Gains<N>,
         parameters: FuzzyParameters<N>,
         kernel: KernelParameters,
@@ -128,7 +127,7 @@ impl<const N: usize> KernelCompensator<N> {
     }
 
     /// The basis ξ.
-    pub fn basis(&self) -> &KernelBasis {
+    pub fn basis(&self) -> &KernelBasis<T> {
         &self.basis
     }
 
@@ -194,7 +193,7 @@ impl<const N: usize> KernelCompensator<N> {
 }
 
 impl Places {
-    fn new(basis: &KernelBasis, joints: usize, capacity: usize) -> Self {
+    fn new<T: Buffer>(basis: &KernelBasis<T>, joints: usize, capacity: usize) -> Self {
         let row = capacity.next_multiple_of(LANES);
         let coefficients = row * basis.sets();
         let gram = coefficients + joints * row;

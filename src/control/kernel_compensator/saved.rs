@@ -42,7 +42,7 @@ impl<'a, const N: usize> Saved<'a, N> {
     }
 }
 
-impl<const N: usize, B: Buffer> Saves<N, KernelState<N, B>> for KernelCompensator<N> {
+impl<const N: usize, T: Buffer, B: Buffer> Saves<N, KernelState<N, B>> for KernelCompensator<N, T> {
     fn known_flags(&self) -> u64 {
         FROZEN | KERNEL
     }
@@ -123,7 +123,7 @@ impl<const N: usize, B: Buffer> Saves<N, KernelState<N, B>> for KernelCompensato
     }
 }
 
-impl<const N: usize> KernelCompensator<N> {
+impl<const N: usize, T: Buffer> KernelCompensator<N, T> {
     /// Memberships and coefficients of an atom.
     fn atom_of<'a>(&self, mut all: Numbers<'a>, atom: usize) -> Result<(Numbers<'a>, Numbers<'a>)> {
         let sets = self.basis.sets();

@@ -1,8 +1,8 @@
 //! What a kernel compensator remembers: its dictionary, and what each stage of the current step
 //! recorded.
 
-use crate::control::memory::{Buffer, Memory};
 use crate::control::stages::Stages;
+use crate::fuzzy::{Buffer, Memory};
 use crate::math::{Vector, sqrt};
 
 /// Dictionary and scratch memory of a kernel compensator.

@@ -20,7 +20,9 @@ const CHANNELS: [Channel; 2] = [
     },
 ];
 
-impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelCompensator<N> {
+impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, KernelState<N, B>>
+    for KernelCompensator<N, T>
+{
     fn estimate(
         &self,
         state: &mut KernelState<N, B>,
@@ -79,14 +81,14 @@ impl<const N: usize, B: Buffer> Compensator<N, KernelState<N, B>> for KernelComp
 }
 
 /// A stage.
-pub(super) struct Estimate<'a, const N: usize, B: Buffer> {
-    pub compensator: &'a KernelCompensator<N>,
+pub(super) struct Estimate<'a, const N: usize, T: Buffer, B: Buffer> {
+    pub compensator: &'a KernelCompensator<N, T>,
     pub state: &'a mut KernelState<N, B>,
     pub stage: &'a Stage<'a>,
     pub sample: &'a Sample<N>,
 }
 
-impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
+impl<const N: usize, T: Buffer, B: Buffer> Estimate<'_, N, T, B> {
     pub fn with(self, tasks: impl Runs) -> Vector<N> {
         let Self { compensator, state, stage, sample } = self;
         let i = stage.index;
@@ -99,7 +101,7 @@ impl<const N: usize, B: Buffer> Estimate<'_, N, B> {
     }
 }
 
-impl<const N: usize> KernelCompensator<N> {
+impl<const N: usize, T: Buffer> KernelCompensator<N, T> {
     /// The memberships, the kernels with all atoms, and W(t)ξ, at stage i.
     fn evaluate<B: Buffer>(
         &self,

@@ -50,3 +50,15 @@ pub unsafe extern "C" fn steadyarm_step(q: *const f64, dq: *const f64, tau: *mut
         None => -1,
     }
 }
+
+/// Bytes of controller, basis, state, and of the memory lent to the state.
+///
+/// # Safety
+/// `sizes` points to room for four numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn steadyarm_sizes(sizes: *mut usize) {
+    // SAFETY: see above, and no other reference to the tracker is alive.
+    let (tracker, sizes) =
+        unsafe { (&*TRACKER.0.get(), &mut *sizes.cast::<[usize; 4]>()) };
+    *sizes = tracker.as_ref().map_or([0; 4], scene::sizes);
+}

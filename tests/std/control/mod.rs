@@ -6,6 +6,7 @@ mod dense;
 mod guard;
 mod histories;
 mod hold;
+mod memory;
 mod rival;
 mod saving;
 mod soak;

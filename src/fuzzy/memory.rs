@@ -1,17 +1,26 @@
-//! The memory of a compensator, lent by the caller and aligned to cache lines: a register that
-//! straddles two lines takes twice as long to read.
+//! The memory of a basis or of a compensator, lent by the caller and aligned to cache lines: a
+//! register that straddles two lines takes twice as long to read.
 
 use crate::error::{Error, Result};
 use crate::math::LANES;
 
-/// Memory for a compensator's state: an array, a slice, a vector.
+/// Memory for a basis or for a compensator's state: an array, a slice, a vector.
 pub trait Buffer: AsRef<[f64]> + AsMut<[f64]> {}
 
 impl<B: AsRef<[f64]> + AsMut<[f64]>> Buffer for B {}
 
+/// Where the sets of a basis stand that is lent no buffer: on the heap.
+#[cfg(feature = "std")]
+pub type Room = Vec<f64>;
+
+/// Where the sets of a basis stand that is lent no buffer: 1.5 kB in the basis itself, enough for
+/// 16 inputs that share five sets.
+#[cfg(not(feature = "std"))]
+pub type Room = [f64; 192];
+
 /// A buffer with the start of its first whole line.
 #[derive(Debug)]
-pub(super) struct Memory<B> {
+pub(crate) struct Memory<B> {
     buffer: B,
     offset: usize,
     len: usize,
@@ -45,6 +54,20 @@ impl<B: Buffer> Memory<B> {
     #[inline]
     pub fn as_mut_slice(&mut self) -> &mut [f64] {
         &mut self.buffer.as_mut()[self.offset..][..self.len]
+    }
+}
+
+impl Memory<Room> {
+    /// Memory of `len` zeros that nobody lends.
+    ///
+    /// # Errors
+    /// Without `std`, `buffer`: as [`new`](Self::new).
+    #[inline]
+    pub fn own(len: usize) -> Result<Self> {
+        #[cfg(feature = "std")]
+        return Ok(Self::on_heap(len));
+        #[cfg(not(feature = "std"))]
+        return Self::new([0.0; 192], len);
     }
 }
 
