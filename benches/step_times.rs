@@ -133,7 +133,7 @@ fn report<const N: usize, A, C, S>(
     let usual = say(name, &times, tick);
     dummy(name, usual, tick);
     let all = [1e3; N];
-    let brake = Brake { stiffness: all, damping: all, deceleration: all };
+    let brake = Brake { bandwidth: [20.0; N], deceleration: all };
     let limits = GuardParameters {
         position_limits: [[-10.0, 10.0]; N],
         velocity_limit: all,

@@ -707,7 +707,7 @@ class ComputedTorque:
         1 s. The torque is finite and inside the limits.
 
         A step first ends the period of the one before, and learns from it, then decides.
-        ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive
+        ``applied`` [N·m], (n,), finite: the torque that acted in that period, where the drive
         let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
         is learnt from a period in which it differs from what the law asked for, by whatever
         little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
@@ -775,8 +775,14 @@ class ComputedTorque:
         """
     def warm_start(self, weights: ArrayLike) -> None:
         """Set W, and make it the W₀ that leak, e-modification and projection pull to."""
-    def freeze(self) -> None:
-        """Stop adapting; the weights stay in use. Raises TypeError without a compensator."""
+    def freeze(self, applied: ArrayLike | None = None) -> None:
+        """Stop adapting; the weights stay in use.
+
+        The latest period ends, and is still learnt from: ``applied`` [N·m], (n,), is the torque
+        that acted in it, as in `step`; None: what `step` gave, or a guard sent. Raises TypeError
+        without a compensator.
+        """
+
     def unfreeze(self) -> None:
         """Adapt again. Raises TypeError without a compensator."""
     @property
@@ -825,11 +831,12 @@ class Guard:
     envelope: of the tracking error [rad], scalar or (n,); outside, the guard stops. None: no limit.
     slack: what a position may change beyond its speed limit [rad], such as an encoder's step.
     hold, decay: periods without a good sample in which the torque is held, and in which it decays.
-    stiffness, damping: of the brake [N·m/rad, N·m·s/rad], scalar or (n,). None: those of a double
-        pole at -min(0.1 / control_period, 20) 1/s for the inertias of the nominal arm at q = 0.
-    deceleration: of the brake [rad/s²], scalar or (n,).
-    last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,); None: the one that
-        carries the arm at the first good sample.
+    bandwidth: p of the brake [rad/s], scalar or (n,), at most 0.25 / control_period: the nominal
+        arm comes to rest with a double pole at -p. None: min(0.1 / control_period, 20).
+    deceleration: of the brake [rad/s²], scalar or (n,); None: 10.
+    last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,). None: what the
+        tracker commanded last, or was made with; else the one that carries the arm at the first
+        good sample, and zero until then.
 
     Raises
     ------
@@ -851,8 +858,7 @@ class Guard:
         slack: ArrayLike | None = None,
         hold: int | None = None,
         decay: int | None = None,
-        stiffness: ArrayLike | None = None,
-        damping: ArrayLike | None = None,
+        bandwidth: ArrayLike | None = None,
         deceleration: ArrayLike | None = None,
         last_tau: ArrayLike | None = None,
     ) -> Self: ...
@@ -870,7 +876,8 @@ class Guard:
 
         ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), whatever is in
         them. ``elapsed``: the time since the last call [s], as it was measured; None: a period.
-        ``applied``: the torque that the drive let through since then [N·m], (n,), if it says so.
+        ``applied``: the torque that the drive let through since then [N·m], (n,), if it says so;
+        where it is not finite nothing is learnt from that period, and ``not_finite`` is counted.
         Raises ValueError or TypeError for what is no such array alone; nothing has changed then.
         """
 
@@ -886,8 +893,13 @@ class Guard:
         That sample may be anywhere; the set-point should be near it.
         """
 
-    def reset(self) -> None:
-        """Forget everything, the tracker's weights too: both are then as new ones, to the bit."""
+    def reset(self, last_tau: ArrayLike | None = None) -> None:
+        """Forget everything, the tracker's weights too: both are then as new ones, to the bit.
+
+        ``last_tau``: the torque that is on the robot now [N·m], scalar or (n,); None: as it was
+        built.
+        """
+
 
     @property
     def stopped(self) -> str | None:
@@ -899,7 +911,7 @@ class Guard:
 
     @property
     def events(self) -> dict[str, int]:
-        """In how many calls each event happened, by name.
+        """In how many calls each event happened, by name; of ``missed``, how many periods.
 
         Not used: ``not_finite``, ``jump``, ``early``, ``missed``, ``clock``. Used: ``late``. The
         ``controller`` refused. Cut: ``effort``, ``effort_rate``, ``power``. Stopped: ``position``,

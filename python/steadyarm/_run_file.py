@@ -24,7 +24,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _files, _scene
-from .run import CHANNELS, DESIRED, MOTION, TORQUES, Certificate, Channel, Run, Status
+from .run import (
+    CHANNELS,
+    DESIRED,
+    MOTION,
+    TORQUES,
+    Certificate,
+    Channel,
+    GuardReport,
+    Run,
+    Status,
+)
 
 Array = NDArray[np.float64]
 
@@ -44,7 +54,7 @@ OWN = "own."
 KINDS = get_args(get_type_hints(Status)["kind"])
 """Why a run may have ended."""
 
-KEYS = ("arrays", "own", "status", "certificate", "dictionary", "notes")
+KEYS = ("arrays", "own", "status", "certificate", "dictionary", "notes", "guard")
 """What the JSON has, beside the version."""
 
 META_BYTES = 1 << 20
@@ -127,6 +137,9 @@ def _content(run: Run) -> _Content:
         "status": asdict(run.status),
         "certificate": None if run.certificate is None else asdict(run.certificate),
         "notes": list(run.notes),
+        "guard": None
+        if run.guard is None
+        else {"events": dict(run.guard.events), "stopped": run.guard.stopped},
         "dictionary": dictionary
         and dictionary | {"error_bound": dictionary["error_bound"].tolist()},
     }
@@ -182,6 +195,7 @@ def _run(content: _Content) -> Run:
         certificate=None if certificate is None else _certificate(certificate),
         dictionary=_dictionary(meta["dictionary"], joints),
         notes=_notes(meta["notes"]),
+        guard=_guard(meta["guard"]),
         own={
             _channel(name, meta["own"][name], array): array for name, array in content.own.items()
         },
@@ -199,6 +213,21 @@ def _notes(values: Any) -> tuple[str, ...]:
     if not isinstance(values, list) or not all(isinstance(v, str) for v in values):
         raise ValueError(f"notes: got {values!r:.80}, wants lines of text")
     return tuple(values)
+
+
+def _guard(values: Any) -> GuardReport | None:
+    """What a guard did."""
+    if values is None:
+        return None
+    values = _only(values, "guard", ("events", "stopped"))
+    events, stopped = values["events"], values["stopped"]
+    counts = isinstance(events, dict) and all(
+        name.isidentifier() and type(count) is int and count >= 0
+        for name, count in events.items()
+    )
+    if not counts or not isinstance(stopped, str | None):
+        raise ValueError(f"guard: got {values!r:.80}, wants counts of events, and a text or null")
+    return GuardReport(events, stopped)
 
 
 def _channel(name: str, values: Any, array: Array) -> Channel:
@@ -328,6 +357,7 @@ def _parsed(text: str) -> dict[str, Any]:
         raise ValueError(f"format: got {version!r:.80}, wants {OLDEST} to {FORMAT}")
     meta.setdefault("dictionary", None)
     meta.setdefault("notes", [])
+    meta.setdefault("guard", None)
     if version == OLDEST:
         meta.setdefault("own", {})
     meta = _only(meta, "meta", (*KEYS, "format"))

@@ -87,7 +87,7 @@ class GuardReport:
     """What a `Guard` did in a run."""
 
     events: Mapping[str, int]
-    """In how many periods each event happened, by name; see `Guard.events`."""
+    """In how many periods of the run each event happened, by name; see `Guard.events`."""
     stopped: str | None
     """Why the guard had stopped at the end of the run, such as "position of joint 2"; or None."""
 
@@ -164,7 +164,7 @@ class Run(_Columns):
     """Choices that did nothing or ruined the run, in words; empty if there are none."""
 
     guard: GuardReport | None = None
-    """What the guard did; None for a run without a guard, or from a file."""
+    """What the guard did in it; None for a run without a guard."""
 
     @classmethod
     def _from_record(

@@ -69,6 +69,11 @@ impl<const N: usize, A: Arm<N>> Law<N> for ComputedTorque<N, A> {
         self.arm.gravity(q)
     }
 
+    /// M₀(q) a.
+    fn inertia_torque(&self, q: &Vector<N>, acceleration: &Vector<N>) -> Vector<N> {
+        self.arm.mass_matrix(q) * acceleration
+    }
+
     fn joint_friction(&self, joint: usize) -> JointFriction {
         self.arm.joint_friction(joint)
     }

@@ -10,7 +10,7 @@
 //! This is the one hold rule: a step first ends the period before with the torque that acted in it,
 //! by default the one that was commanded, and then decides.
 
-use super::state::{IMPOSSIBLE, Pending, check_torque};
+use super::state::{IMPOSSIBLE, Pending};
 use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage, State};
 use crate::error::{Error, Result, finite, within};
 use crate::math::{TINY_SIGNAL, Vector, unless_tiny};
@@ -132,7 +132,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     /// learnt from it. [`end_period`](Self::end_period) tells.
     ///
     /// # Errors
-    /// As [`step`](Self::step). `applied`: not finite, or beyond 1e10; nothing has changed then.
+    /// As [`step`](Self::step). `applied`: not finite; nothing has changed then.
     #[inline]
     pub fn step_after<S>(
         &self,
@@ -173,9 +173,9 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     /// [N·m]; `None`: with what was commanded. The next step does so itself.
     ///
     /// # Errors
-    /// `applied`: not finite, or beyond 1e10; the period is then still pending. What the
-    /// compensator names, such as `weights`: they would not be finite. The period has ended then,
-    /// and nothing was learnt from it.
+    /// `applied`: not finite; the period is then still pending. What the compensator names, such as
+    /// `weights`: they would not be finite. The period has ended then, and nothing was learnt from
+    /// it.
     #[inline]
     pub fn end_period<S>(&self, state: &mut State<N, S>, applied: Option<&Vector<N>>) -> Result<()>
     where
@@ -202,7 +202,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     /// Ends the period that is pending, if any, with the torque that was commanded, and gives the
     /// compensator's state: to read or set its weights, to freeze it.
     ///
-    /// What the next step tells of that period is then too late.
+    /// What the next step tells of that period is then too late: where another torque acted, tell
+    /// it by [`end_period`](Self::end_period) before.
     pub fn settle<'s, S>(&self, state: &'s mut State<N, S>) -> &'s mut S
     where
         C: Compensator<N, S>,
@@ -210,6 +211,17 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         // What cannot end is left out.
         _ = self.end(state, None);
         &mut state.compensator
+    }
+
+    /// What the last step returned, worked out again from the period that is pending; `None` if
+    /// none is. With what a guard sent in place of the torque, if there was one.
+    pub fn recall<S>(&self, state: &mut State<N, S>) -> Option<Command<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        let Pending { sample, applied, .. } = state.pending?;
+        let command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
+        Some(Command { tau: applied.tau, limited: applied.limited(), ..command })
     }
 
     /// What the rate limit counts from: the torque commanded last, or the torque at take-over.
@@ -260,7 +272,7 @@ pub(crate) fn check_period(parameter: &'static str, period: f64) -> Result<()> {
 }
 
 fn check_applied<const N: usize>(applied: Option<&Vector<N>>) -> Result<()> {
-    applied.map_or(Ok(()), |tau| check_torque("applied", tau))
+    applied.map_or(Ok(()), |tau| finite("applied", tau.as_slice()))
 }
 
 pub(super) fn check_sample<const N: usize>(
@@ -268,13 +280,28 @@ pub(super) fn check_sample<const N: usize>(
     dq: &Vector<N>,
     desired: &Setpoint<N>,
 ) -> Result<()> {
-    let turns = |x: f64| x.abs() <= FARTHEST;
-    let near = "a value an arm can have (at most 1e5 rad or m); take whole turns away";
-    within("q", q.as_slice(), turns, near)?;
-    within("q_d", desired.q.as_slice(), turns, near)?;
-    let possible = |x: f64| x.abs() <= IMPOSSIBLE;
-    let wanted = "a value an arm can have (at most 1e10)";
-    within("dq", dq.as_slice(), possible, wanted)?;
-    within("dq_d", desired.dq.as_slice(), possible, wanted)?;
-    within("ddq_d", desired.ddq.as_slice(), possible, wanted)
+    check_motion(["q", "dq"], q, dq)?;
+    check_setpoint(desired)
 }
+
+/// Refuses positions and velocities that no arm can have.
+pub(super) fn check_motion<const N: usize>(
+    [position, velocity]: [&'static str; 2],
+    q: &Vector<N>,
+    dq: &Vector<N>,
+) -> Result<()> {
+    let near = "a value an arm can have (at most 1e5 rad or m); take whole turns away";
+    within(position, q.as_slice(), |x| x.abs() <= FARTHEST, near)?;
+    within(velocity, dq.as_slice(), possible, POSSIBLE)
+}
+
+pub(super) fn check_setpoint<const N: usize>(desired: &Setpoint<N>) -> Result<()> {
+    check_motion(["q_d", "dq_d"], &desired.q, &desired.dq)?;
+    within("ddq_d", desired.ddq.as_slice(), possible, POSSIBLE)
+}
+
+fn possible(x: f64) -> bool {
+    x.abs() <= IMPOSSIBLE
+}
+
+const POSSIBLE: &str = "a value an arm can have (at most 1e10)";

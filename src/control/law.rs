@@ -20,6 +20,13 @@ pub trait Law<const N: usize> {
     /// before a controller takes over.
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N>;
 
+    /// M₀(q) a: what accelerates the arm at rest by `acceleration` [rad/s²], beside the resting
+    /// torque [N·m]. A guard brakes with it. The default is for a law without a model: 1 kg·m² at
+    /// each joint.
+    fn inertia_torque(&self, _q: &Vector<N>, acceleration: &Vector<N>) -> Vector<N> {
+        *acceleration
+    }
+
     /// Friction of a joint that the torque cancels at the measured velocity; none by default.
     /// Simulation solves for friction within its steps, and leaves out what the law cancels.
     fn joint_friction(&self, _joint: usize) -> JointFriction {

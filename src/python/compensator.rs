@@ -247,7 +247,7 @@ impl<const N: usize> Memory<N> {
     }
 }
 
-fn no_compensator() -> PyErr {
+pub(super) fn no_compensator() -> PyErr {
     PyTypeError::new_err("compensator: this controller has none, so it has no weights")
 }
 

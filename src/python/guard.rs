@@ -5,12 +5,15 @@ use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use super::convert::{Any, Array1, Given, array1, count, object, scalar, scalar_or, vector};
+use super::convert::{
+    Any, Array1, Given, array1, count, joints, object, scalar, scalar_or, vector,
+};
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::guarding::{Arguments, Guards, Own, guard};
 use super::tracker::PyComputedTorque;
-use crate::control::{Cause, Event, Events, GuardMemory, Seen};
+use crate::control::{Cause, Event, Seen};
+use crate::math::Vector;
 use crate::reference::Setpoint;
 
 /// A guard around a tracker: an answer to every sample, good, bad or missing.
@@ -34,11 +37,12 @@ use crate::reference::Setpoint;
 /// envelope: of the tracking error [rad], scalar or (n,); outside, the guard stops. None: no limit.
 /// slack: what a position may change beyond its speed limit [rad], such as an encoder's step.
 /// hold, decay: periods without a good sample in which the torque is held, and in which it decays.
-/// stiffness, damping: of the brake [N·m/rad, N·m·s/rad], scalar or (n,). None: those of a double
-///     pole at -min(0.1 / control_period, 20) 1/s for the inertias of the nominal arm at q = 0.
-/// deceleration: of the brake [rad/s²], scalar or (n,).
-/// last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,); None: the one that
-///     carries the arm at the first good sample.
+/// bandwidth: p of the brake [rad/s], scalar or (n,), at most 0.25 / control_period: the nominal
+///     arm comes to rest with a double pole at -p. None: min(0.1 / control_period, 20).
+/// deceleration: of the brake [rad/s²], scalar or (n,); None: 10.
+/// last_tau: the torque that is on the robot at take-over [N·m], scalar or (n,). None: what the
+///     tracker commanded last, or was made with; else the one that carries the arm at the first
+///     good sample, and zero until then.
 ///
 /// Raises
 /// ------
@@ -51,9 +55,13 @@ pub(super) struct PyGuard {
 }
 
 impl PyGuard {
-    /// A copy for a run, which leaves the guard as it is.
+    /// A copy for a run, which leaves the guard as it is, and counts from zero.
     pub fn twin(&self) -> Guards {
-        each!(&self.guards, Guards, own => Own::clone(own).into())
+        each!(&self.guards, Guards, own => {
+            let mut own = Own::clone(own);
+            own.memory.recount();
+            own.into()
+        })
     }
 }
 
@@ -76,7 +84,7 @@ impl PyGuard {
     #[new]
     #[pyo3(signature = (tracker, control_period, *, position_limits=None, velocity_limit=None,
         effort_limit=None, effort_rate_limit=None, power_limit=None, envelope=None, slack=None,
-        hold=None, decay=None, stiffness=None, damping=None, deceleration=None, last_tau=None))]
+        hold=None, decay=None, bandwidth=None, deceleration=None, last_tau=None))]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
     fn new(
         tracker: Any<'_, '_>,
@@ -90,8 +98,7 @@ impl PyGuard {
         slack: Given<'_, '_>,
         hold: Given<'_, '_>,
         decay: Given<'_, '_>,
-        stiffness: Given<'_, '_>,
-        damping: Given<'_, '_>,
+        bandwidth: Given<'_, '_>,
         deceleration: Given<'_, '_>,
         last_tau: Given<'_, '_>,
     ) -> PyResult<Self> {
@@ -112,8 +119,7 @@ impl PyGuard {
             slack,
             hold,
             decay,
-            stiffness,
-            damping,
+            bandwidth,
             deceleration,
             last_tau,
         };
@@ -126,7 +132,8 @@ impl PyGuard {
     ///
     /// ``q``, ``q_d`` [rad], ``dq``, ``dq_d`` [rad/s], ``ddq_d`` [rad/s²]: (n,), whatever is in
     /// them. ``elapsed``: the time since the last call [s], as it was measured; None: a period.
-    /// ``applied``: the torque that the drive let through since then [N·m], (n,), if it says so.
+    /// ``applied``: the torque that the drive let through since then [N·m], (n,), if it says so;
+    /// where it is not finite nothing is learnt from that period, and ``not_finite`` is counted.
     /// Raises ValueError or TypeError for what is no such array alone; nothing has changed then.
     #[pyo3(signature = (q, dq, q_d, dq_d, ddq_d, elapsed=None, applied=None))]
     #[expect(clippy::too_many_arguments, reason = "a Python method")]
@@ -183,12 +190,16 @@ impl PyGuard {
     }
 
     /// Forget everything, the tracker's weights too: both are then as new ones, to the bit.
-    fn reset(&mut self, py: Python<'_>) -> PyResult<()> {
+    ///
+    /// ``last_tau``: the torque that is on the robot now [N·m], scalar or (n,); None: as it was
+    /// built.
+    #[pyo3(signature = (last_tau=None))]
+    fn reset(&mut self, py: Python<'_>, last_tau: Given<'_, '_>) -> PyResult<()> {
         let tracker = &mut self.tracker.bind(py).try_borrow_mut()?.trackers;
         each!(&mut self.guards, Guards, own => {
-            own.of(tracker)?.reset(None).map_err(value_error)?;
-            (own.memory, own.latest) = (GuardMemory::default(), Events::default());
-            own.last_tau.map_or(Ok(()), |tau| own.memory.take_over(&tau)).map_err(value_error)
+            let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from));
+            let (last_tau, tracker) = (last_tau.transpose()?, own.of(tracker)?);
+            tracker.reset(None).and_then(|()| own.begin(tracker, last_tau)).map_err(value_error)
         })
     }
 
@@ -204,7 +215,7 @@ impl PyGuard {
         each!(&self.guards, Guards, own => own.latest.iter().map(Event::name).collect())
     }
 
-    /// In how many calls each event happened, by name.
+    /// In how many calls each event happened, by name; of ``missed``, how many periods.
     ///
     /// Not used: ``not_finite``, ``jump``, ``early``, ``missed``, ``clock``. Used: ``late``. The
     /// ``controller`` refused. Cut: ``effort``, ``effort_rate``, ``power``. Stopped: ``position``,

@@ -11,12 +11,14 @@ use super::convert::{Any, Given, Numbers, joints, numbers, wrong_shape};
 use super::dispatch::{by_joints, each};
 use super::errors::value_error;
 use super::tracked::{Tracker, Trackers};
-use crate::arm::{Arm, Serial};
-use crate::control::{Brake, ComputedTorque, Events, GuardMemory, GuardParameters, Guarded, Turn};
-use crate::error::Error;
+use crate::arm::Serial;
+use crate::control::{
+    Brake, Command, ComputedTorque, Events, GuardMemory, GuardParameters, Guarded, Turn,
+};
+use crate::error::{Error, Result};
 use crate::math::Vector;
 
-/// Stiffness of the brake in periods, and at most \[1/s\]: ω = min(0.1 / control_period, 20).
+/// Bandwidth of the brake in radians a period, and at most [rad/s].
 const BRAKE_RATE: f64 = 0.1;
 const FASTEST_BRAKE: f64 = 20.0;
 
@@ -47,8 +49,7 @@ pub(super) struct Arguments<'a, 'py> {
     pub slack: Given<'a, 'py>,
     pub hold: u32,
     pub decay: u32,
-    pub stiffness: Given<'a, 'py>,
-    pub damping: Given<'a, 'py>,
+    pub bandwidth: Given<'a, 'py>,
     pub deceleration: Given<'a, 'py>,
     pub last_tau: Given<'a, 'py>,
 }
@@ -75,10 +76,24 @@ impl<const N: usize> Own<N> {
         own.map(|own| (&own.parameters, &mut own.memory))
     }
 
+    /// Before the first sample. It takes over at this torque; `None`: at the one that it was made
+    /// with, or else at what its tracker commanded last.
+    pub fn begin(&mut self, tracker: &Tracker<N>, last_tau: Option<Vector<N>>) -> Result<()> {
+        let mut memory = GuardMemory::new(tracker.state.last_tau);
+        last_tau.or(self.last_tau).map_or(Ok(()), |tau| memory.take_over(&tau))?;
+        (self.memory, self.latest) = (memory, Events::default());
+        Ok(())
+    }
+
     /// What is sent, with what it was.
     pub fn sent(&mut self, tracker: &mut Tracker<N>, guarded: Guarded<N>) -> Vector<N> {
-        (self.latest, tracker.latest) = (guarded.events, guarded.command.or(tracker.latest));
-        guarded.tau
+        let Guarded { tau, command, events } = guarded;
+        self.latest = events;
+        if let Some(command) = command {
+            let limited = command.applied(&tau).limited();
+            tracker.latest = Some(Command { tau, limited, ..command });
+        }
+        tau
     }
 }
 
@@ -100,7 +115,7 @@ where
     let limit = |value: Given<'_, '_>, name, otherwise| {
         value.map_or(Ok(otherwise), |value| joints::<N>(value, name))
     };
-    let defaults = GuardParameters::new(arguments.control_period, brake(arm, arguments)?);
+    let defaults = GuardParameters::new(arguments.control_period, brake(arguments)?);
     let position_limits = match arguments.position_limits {
         Some(value) => pairs(value, "position_limits")?,
         None => arm.chain().map_or(defaults.position_limits, Serial::position_limits),
@@ -128,9 +143,10 @@ where
     parameters.validate().map_err(short)?;
     let last_tau = arguments.last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from));
     let last_tau = last_tau.transpose()?;
-    let mut memory = GuardMemory::default();
-    last_tau.map_or(Ok(()), |tau| memory.take_over(&tau)).map_err(value_error)?;
-    Ok(Own { parameters, memory, last_tau, latest: Events::default() }.into())
+    let memory = GuardMemory::default();
+    let mut own = Own { parameters, memory, last_tau, latest: Events::default() };
+    own.begin(tracker, None).map_err(value_error)?;
+    Ok(own.into())
 }
 
 /// (n, 2), infinite for no limit.
@@ -142,19 +158,14 @@ fn pairs<const N: usize>(value: Any<'_, '_>, name: &str) -> PyResult<[[f64; 2]; 
     Ok(core::array::from_fn(|n| [values[2 * n], values[2 * n + 1]]))
 }
 
-fn brake<const N: usize>(arm: &AnyArm<N>, arguments: &Arguments<'_, '_>) -> PyResult<Brake<N>> {
-    let mass = arm.mass_matrix(&Vector::zeros());
-    let rate = FASTEST_BRAKE.min(BRAKE_RATE / arguments.control_period);
-    let or = |value: Given<'_, '_>, name, otherwise: f64, power: i32| match value {
-        Some(value) => joints::<N>(value, name),
-        None => Ok(core::array::from_fn(|n| otherwise * mass[(n, n)] * rate.powi(power))),
+fn brake<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult<Brake<N>> {
+    let fastest = FASTEST_BRAKE.min(BRAKE_RATE / arguments.control_period);
+    let or = |value: Given<'_, '_>, name, otherwise: f64| {
+        value.map_or(Ok([otherwise; N]), |value| joints::<N>(value, name))
     };
-    let deceleration =
-        arguments.deceleration.map_or(Ok([10.0; N]), |value| joints(value, "deceleration"))?;
     Ok(Brake {
-        stiffness: or(arguments.stiffness, "stiffness", 1.0, 2)?,
-        damping: or(arguments.damping, "damping", 2.0, 1)?,
-        deceleration,
+        bandwidth: or(arguments.bandwidth, "bandwidth", fastest)?,
+        deceleration: or(arguments.deceleration, "deceleration", 10.0)?,
     })
 }
 

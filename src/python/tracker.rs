@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use super::arm::PyArm;
-use super::compensator::compensator_of;
+use super::compensator::{compensator_of, no_compensator};
 use super::convert::{
     Any, Array, Array1, Given, array1, joints, matrix_of, scalar, vector, wrong_type,
 };
@@ -138,7 +138,7 @@ impl PyComputedTorque {
     /// 1 s. The torque is finite and inside the limits.
     ///
     /// A step first ends the period of the one before, and learns from it, then decides.
-    /// ``applied`` [N·m], (n,), at most 1e10: the torque that acted in that period, where the drive
+    /// ``applied`` [N·m], (n,), finite: the torque that acted in that period, where the drive
     /// let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
     /// is learnt from a period in which it differs from what the law asked for, by whatever
     /// little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
@@ -287,8 +287,18 @@ impl PyComputedTorque {
         })
     }
 
-    /// Stop adapting; the weights stay in use. Raises TypeError without a compensator.
-    fn freeze(&mut self) -> PyResult<()> {
+    /// Stop adapting; the weights stay in use.
+    ///
+    /// The latest period ends, and is still learnt from: ``applied`` [N·m], (n,), is the torque
+    /// that acted in it, as in `step`; None: what `step` gave, or a guard sent. Raises TypeError
+    /// without a compensator.
+    #[pyo3(signature = (applied=None))]
+    fn freeze(&mut self, applied: Given<'_, '_>) -> PyResult<()> {
+        each!(&mut self.trackers, Trackers, it => {
+            it.controller.compensator.subject().ok_or_else(no_compensator)?;
+            let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
+            it.controller.end_period(&mut it.state, applied.as_ref()).map_err(value_error)
+        })?;
         self.set_frozen(true)
     }
 

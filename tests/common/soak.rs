@@ -300,7 +300,7 @@ fn cut(tau: f64) -> f64 {
 }
 
 fn limits() -> GuardParameters<2> {
-    let brake = Brake { stiffness: [400.0, 100.0], damping: [80.0, 20.0], deceleration: [10.0; 2] };
+    let brake = Brake { bandwidth: [10.0; 2], deceleration: [10.0; 2] };
     GuardParameters {
         position_limits: [[-2.0, 2.0]; 2],
         velocity_limit: [6.0; 2],

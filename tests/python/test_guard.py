@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -202,3 +203,162 @@ def test_arguments_that_make_no_sense_are_refused_by_name(
     kind, call = case
     with pytest.raises(kind, match=message):
         call()
+
+
+def test_a_stop_brings_any_arm_to_rest_and_keeps_it_there() -> None:
+    """Coupled links, of which each alone has little inertia: the brake has M(q), not its diagonal.
+
+    With a diagonal one the first arm goes on for ever with 4 rad/s, and a Panda swings for seconds.
+    """
+    links, period = 3, 2e-3
+    chain = sa.Serial.from_dh(
+        a=[0.3] * links,
+        alpha=0,
+        d=0,
+        mass=2.0,
+        com=[[-0.15, 0, 0]] * links,
+        inertia=0.015,
+        viscous=0.2,
+        gravity=(0, 0, 0),
+    )
+    panda = sa.Serial.shipped("panda")
+    poses = [(0, -0.6, 0, -2.0, 0, 1.6, 0.8), (0.5, 0.4, -1, -1.2, 1, 2.2, -1)]
+    scenes = [(chain, np.full(links, 0.1), {"effort_limit": 50.0})]
+    scenes += [(panda, np.array(pose), {}) for pose in poses]
+    for arm, q, limits in scenes:
+        path, plant = sa.Quintic(q, q + 0.3, 1.0, 0.1), sa.Plant(arm)
+        tracker, dq = sa.ComputedTorque(arm, 100, 20), np.zeros_like(q)
+        guarded = sa.Guard(tracker, period, **limits)
+        for tick in range(1500):
+            if tick == 275:
+                guarded.stop()
+                assert np.abs(dq).max() > 0.2
+            tau = guarded.step(q, dq, *path(tick * period))
+            q, dq = plant.step(q, dq, tau, tick * period, period)
+        assert np.abs(dq).max() < 1e-3
+
+
+def test_no_call_gives_more_than_the_effort_limit_at_a_take_over_beyond_it() -> None:
+    for first in ("early", "missed", "late", "good"):
+        guarded = sa.Guard(tracker(), PERIOD, effort_limit=10.0, last_tau=[500.0, 0.0])
+        elapsed = {"early": 2e-4, "late": 5e-3}.get(first)
+        tau = guarded.missed() if first == "missed" else step(guarded, elapsed=elapsed)
+        assert np.abs(tau).max() <= 10.0, first
+
+
+def cut(**change: Any) -> sa.Guard:
+    """A guard that cuts every torque, so that nothing may ever be learnt."""
+    return sa.Guard(tracker(), PERIOD, **({"effort_limit": 0.1} | change))
+
+
+def test_nothing_is_learnt_from_a_torque_that_the_guard_cut_whatever_is_called_between() -> None:
+    for call in ("nothing", "freeze", "weights", "stop", "missed"):
+        guarded = cut()
+        for _ in range(50):
+            step(guarded, q=(0.3, 0.2))
+            if call == "freeze":
+                guarded.tracker.freeze()
+                guarded.tracker.unfreeze()
+            elif call == "weights":
+                guarded.tracker.weights = guarded.tracker.weights
+            elif call == "stop":
+                guarded.stop()
+                guarded.rearm()
+            elif call == "missed":
+                guarded.missed()
+        assert np.linalg.norm(guarded.tracker.weights) == 0.0, call
+        assert guarded.tracker.limited
+
+
+def test_an_applied_torque_that_is_not_finite_is_an_event_and_teaches_nothing() -> None:
+    for applied in ([np.nan, 0.0], [0.0, np.inf]):
+        guarded, plain = guard(), guard()
+        step(guarded)
+        step(plain)
+        for _ in range(60):
+            tau = step(guarded, applied=applied)
+            assert guarded.latest == ["not_finite"]
+            assert np.isfinite(tau).all()
+            step(plain)
+        guarded.tracker.freeze(applied=ZERO)  # ends the last period
+        assert np.linalg.norm(guarded.tracker.weights) == 0.0
+        assert guarded.stopped is None
+        assert np.linalg.norm(plain.tracker.weights) > 0.0
+
+
+def test_power_is_limited_in_every_call_that_brings_a_velocity() -> None:
+    """Also where the set-point is not finite, or the controller refuses."""
+    huge = np.array([1e300, 0.0])
+    for set_point in ((huge, ZERO, ZERO), (ZERO, huge, ZERO), (ZERO, ZERO, huge)):
+        guarded = sa.Guard(sa.ComputedTorque(sa.paper.nominal(), 100, 20), PERIOD, power_limit=1.0)
+        guarded.step(ZERO, [-0.01, 0], [0.1, 0], ZERO, ZERO)
+        tau = guarded.step(ZERO, [2.0, 0.0], *set_point)
+        assert "not_finite" in guarded.latest
+        assert tau[0] * 2.0 <= 1.0 + 1e-12
+
+
+def test_a_sample_soon_after_a_missed_one_is_used() -> None:
+    """The deadline passed, `missed` gave the torque, and then the sample came: it is no early one."""
+    guarded = guard()
+    for _ in range(60):
+        step(guarded, elapsed=0.9 * PERIOD)
+        guarded.missed()
+        step(guarded, elapsed=0.1 * PERIOD)
+    assert guarded.events["early"] == 0
+    assert guarded.stopped is None
+    assert guarded.tracker.steps == 120
+
+
+def test_periods_that_a_late_sample_left_out_are_counted_as_missed() -> None:
+    guarded = guard()
+    step(guarded)
+    step(guarded, elapsed=10 * PERIOD)
+    assert guarded.latest == ["late"]
+    assert guarded.events["missed"] == 9
+    step(guarded, elapsed=0.9)
+    assert guarded.stopped == "missed"
+    assert guarded.events["missed"] == 9 + 899
+
+
+def heavy(**change: Any) -> sa.ComputedTorque:
+    return sa.ComputedTorque(sa.TwoLink(4, 0.5, 0.2, gravity=9.81), 100, 20, **change)
+
+
+def test_samples_lost_before_the_first_good_one_do_not_make_the_arm_drop() -> None:
+    gravity = heavy().arm.gravity(ZERO)
+    for lost in (None, {"q": (np.nan, 0.0)}):
+        guarded = sa.Guard(heavy(), PERIOD, effort_rate_limit=1000.0)
+        for _ in range(3):
+            tau = guarded.missed() if lost is None else step(guarded, **lost)
+            np.testing.assert_array_equal(tau, 0.0)
+            assert guarded.last_tau is None
+        np.testing.assert_allclose(step(guarded, q=ZERO), gravity)
+
+
+def test_a_guard_takes_over_at_what_its_tracker_commanded_last() -> None:
+    used = heavy()
+    last = used.step([-0.3, -0.2], ZERO, ZERO, ZERO, ZERO, PERIOD)
+    stated = heavy(last_tau=[50.0, 5.0])
+    for controller, begun in ((used, last), (stated, stated.reset() or np.array([50.0, 5.0]))):
+        guarded = sa.Guard(controller, PERIOD, effort_rate_limit=1000.0)
+        np.testing.assert_array_equal(guarded.last_tau, begun)
+        tau = step(guarded, q=(-0.3, -0.2))
+        assert np.abs(tau - begun).max() <= 1000.0 * PERIOD * (1 + 1e-12)
+    guarded.reset(last_tau=[7.0, 3.0])
+    np.testing.assert_array_equal(guarded.last_tau, [7.0, 3.0])
+    guarded.reset()
+    np.testing.assert_array_equal(guarded.last_tau, [50.0, 5.0])
+
+
+def test_the_report_of_a_run_counts_the_run_alone_and_is_kept_in_its_file(tmp_path: Path) -> None:
+    guarded = guard()
+    for _ in range(5):
+        guarded.missed()
+    run = sa.simulate(
+        sa.Plant(sa.paper.nominal()), guarded, sa.paper.reference(), 0.2, control_period=PERIOD
+    )
+    assert run.guard is not None
+    assert run.guard.events["missed"] == 0
+    assert guarded.events["missed"] == 5
+    run.save(tmp_path / "run.npz")
+    assert sa.Run.load(tmp_path / "run.npz").guard == run.guard

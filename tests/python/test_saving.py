@@ -185,7 +185,7 @@ def test_saved_tracker_goes_on_with_the_same_bits(make: Any, tmp_path: Path) -> 
     drive(other, samples(7, seed=5))
     other.load(str(path))
     assert other.steps == 100
-    assert other.tau_model is None
+    np.testing.assert_array_equal(other.tau_model, controller.tau_model)
     ahead = samples(1000, seed=2)
     assert drive(other, ahead).tobytes() == drive(controller, ahead).tobytes()
     assert os.listdir(tmp_path) == ["state"]
@@ -412,10 +412,15 @@ def test_a_forged_state_with_the_right_checksum_is_refused(
         shared(gain=50.0).load(tmp_path / "state", other=True)
 
 
+def ended(controller: sa.ComputedTorque) -> None:
+    """Leave no period pending."""
+    controller.freeze()
+
+
 def test_a_state_that_hides_its_last_torque_is_refused(tmp_path: Path) -> None:
     controller = shared()
     drive(controller, samples(20))
-    controller.freeze()
+    ended(controller)
     saved = controller.__getstate__()
     hidden = forged(saved, 2, int.from_bytes(saved[28:36], "little") & ~4)
     assert_refused(shared(), hidden, tmp_path / "state", "says that it has none")
@@ -424,7 +429,7 @@ def test_a_state_that_hides_its_last_torque_is_refused(tmp_path: Path) -> None:
 def test_a_dictionary_with_other_norms_is_refused(tmp_path: Path) -> None:
     controller = tracker("grid", dictionary=6, merge_tolerance=0.0)
     drive(controller, samples(4))
-    controller.freeze()
+    ended(controller)
     saved = controller.__getstate__()
     # After the fingerprints: capacity, atoms, merged, dropped, scale (2), norms (2).
     norm = np.frombuffer(saved[12 + 8 * 17 : 12 + 8 * 18])[0]
@@ -434,6 +439,10 @@ def test_a_dictionary_with_other_norms_is_refused(tmp_path: Path) -> None:
         assert_refused(tracker("grid", dictionary=6, merge_tolerance=0.0), bad, tmp_path / "state")
     wrapping = forged(saved, 13, 2**64 - 1)
     assert_refused(controller, wrapping, tmp_path / "state", "not a possible one")
+    # Then errors (2), and of each atom its memberships in 20 sets and its coefficients (2): their
+    # squares would be infinite, and infinite norms are no norms.
+    for factor in (1e200, -1e155, np.inf, np.nan):
+        assert_refused(controller, forged(saved, 21 + 20, factor), tmp_path / "state")
 
 
 @given(seed=st.integers(0, 2**32 - 1))

@@ -1,5 +1,5 @@
-//! Bringing an arm to rest: PD about a set-point that slows down, plus the torque that carries the
-//! arm, `τ = G(q) − k_p (q − q_r) − k_v (q̇ − q̇_r)`.
+//! Bringing an arm to rest: PD about a set-point that slows down, weighted with the believed
+//! inertia, plus the torque that carries the arm, `τ = G(q) − M₀(q)(p² (q − q_r) + 2p (q̇ − q̇_r))`.
 
 use crate::error::{Result, accepted};
 use crate::math::Vector;
@@ -8,20 +8,22 @@ use crate::reference::Setpoint;
 /// How an arm is brought to rest, joint by joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Brake<const N: usize> {
-    /// Stiffness k_p [N·m/rad], ≥ 0.
-    pub stiffness: [f64; N],
-    /// Damping k_v [N·m·s/rad], ≥ 0.
-    pub damping: [f64; N],
+    /// p [rad/s] of the double pole at −p, > 0, at most a quarter of a radian in a period.
+    pub bandwidth: [f64; N],
     /// How fast the set-point slows down [rad/s²], > 0.
     pub deceleration: [f64; N],
 }
 
+/// Bandwidth times period: beyond, a sampled double pole is no longer sure to be stable where the
+/// arm is lighter than believed.
+const FASTEST: f64 = 0.25;
+
 impl<const N: usize> Brake<N> {
-    /// Refuses what is not finite or out of range.
-    pub(super) fn validate(&self) -> Result<()> {
-        let at_least_zero = |x: f64| x >= 0.0 && x.is_finite();
-        accepted("brake.stiffness", &self.stiffness, at_least_zero, "a number >= 0")?;
-        accepted("brake.damping", &self.damping, at_least_zero, "a number >= 0")?;
+    /// Refuses what is not finite or out of range for a period \[s\].
+    pub(super) fn validate(&self, period: f64) -> Result<()> {
+        let stable = |p: f64| p > 0.0 && p * period <= FASTEST;
+        let wanted = "a number > 0, at most 0.25 / control_period";
+        accepted("brake.bandwidth", &self.bandwidth, stable, wanted)?;
         let above_zero = |x: f64| x > 0.0 && x.is_finite();
         accepted("brake.deceleration", &self.deceleration, above_zero, "a number > 0")
     }
@@ -35,8 +37,9 @@ impl<const N: usize> Brake<N> {
         Setpoint { q: from.q + dq * h, dq, ddq: Vector::zeros() }
     }
 
-    /// −k_p e − k_v ė [N·m].
-    pub(super) fn torque(&self, e: &Vector<N>, de: &Vector<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| -self.stiffness[n] * e[n] - self.damping[n] * de[n])
+    /// −p² e − 2p ė [rad/s²].
+    pub(super) fn acceleration(&self, e: &Vector<N>, de: &Vector<N>) -> Vector<N> {
+        let p = &self.bandwidth;
+        Vector::from_fn(|n, _| -p[n] * (p[n] * e[n] + 2.0 * de[n]))
     }
 }

@@ -3,12 +3,13 @@
 /// An intervention of a guard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// A position, velocity or set-point is NaN, infinite or impossible: the sample is not used.
+    /// A position, velocity or set-point is NaN, infinite or impossible: the sample is not used. Or
+    /// the torque that is said to have acted is not finite: nothing is learnt from its period.
     NotFinite,
     /// A position is farther from the last one than the speed limit allows, or a velocity is beyond
     /// that limit while the positions are not: the sample is not used.
     Jump,
-    /// A sample came less than half a period after the last one: it is not used.
+    /// A sample came less than half a period after the last good one: it is not used.
     Early,
     /// A sample came more than one and a half periods after the last one: it is used, and the
     /// periods in between count as missed.
@@ -24,6 +25,7 @@ pub enum Event {
     /// The limit on the change of the torque cut it.
     EffortRate,
     /// The limit on the mechanical power cut the torque. If it could not be kept, the guard stops.
+    /// It holds in every call that brings a velocity; without one, power is not known.
     Power,
     /// A joint is outside its range: the guard stops.
     Position,

@@ -27,7 +27,7 @@ pub struct GuardState<const N: usize, S = ()> {
 impl<const N: usize, S> GuardState<N, S> {
     /// A guard's state before its first sample, around its controller's.
     pub fn new(controller: State<N, S>) -> Self {
-        let guard = GuardMemory { last_tau: controller.last_tau, ..GuardMemory::default() };
+        let guard = GuardMemory::new(controller.last_tau);
         Self { controller, guard }
     }
 }
@@ -51,7 +51,8 @@ impl<const N: usize, L: Law<N>, C> Guard<N, L, C> {
     /// does not fail: whatever came, the torque can be sent.
     ///
     /// `applied` is the torque that the drive let through since the last call [N·m], if it says so;
-    /// without it that is what was sent. One that is not finite counts as not said.
+    /// without it that is what was sent. One that is not finite is an event
+    /// ([`Event::NotFinite`](super::Event)), and nothing is learnt from that period.
     pub fn step<S>(
         &self,
         state: &mut GuardState<N, S>,

@@ -2,7 +2,7 @@
 
 use super::{Cause, Event, GuardMemory, GuardParameters};
 use crate::control::Sample;
-use crate::control::controller::check_sample;
+use crate::control::controller::{check_motion, check_setpoint};
 use crate::math::{Vector, around};
 
 /// What a sample is worth.
@@ -13,6 +13,8 @@ pub(super) enum Verdict {
     Bad(Event),
     /// It can be true, and the guard stops.
     Breach(Cause),
+    /// What was measured can be used, the set-point cannot.
+    NoSetpoint,
 }
 
 impl<const N: usize> GuardParameters<N> {
@@ -23,7 +25,7 @@ impl<const N: usize> GuardParameters<N> {
         seen: &Sample<N>,
         wraps: &[bool; N],
     ) -> Verdict {
-        if check_sample(&seen.q, &seen.dq, &seen.desired).is_err() {
+        if check_motion(["q", "dq"], &seen.q, &seen.dq).is_err() {
             return Verdict::Bad(Event::NotFinite);
         }
         let jumps = |[q, _]: [Vector<N>; 2]| {
@@ -36,7 +38,13 @@ impl<const N: usize> GuardParameters<N> {
         if memory.last_good.is_some_and(jumps) {
             return Verdict::Bad(Event::Jump);
         }
-        self.breach(seen, wraps).map_or(Verdict::Good, Verdict::Breach)
+        let guided = check_setpoint(&seen.desired).is_ok();
+        let breach = self.leaves(seen, wraps).or_else(|| self.errs(seen).filter(|_| guided));
+        match breach {
+            Some(cause) => Verdict::Breach(cause),
+            None if guided => Verdict::Good,
+            None => Verdict::NoSetpoint,
+        }
     }
 
     /// Whether the way that a joint moved in that time \[s\] and its speed contradict each other:
@@ -50,20 +58,24 @@ impl<const N: usize> GuardParameters<N> {
         }
     }
 
-    /// What is not allowed of a sample that is true.
-    fn breach(&self, seen: &Sample<N>, wraps: &[bool; N]) -> Option<Cause> {
+    /// A joint that is where it may not be, or too fast.
+    fn leaves(&self, seen: &Sample<N>, wraps: &[bool; N]) -> Option<Cause> {
         (0..N).find_map(|n| {
             let [lower, upper] = self.position_limits[n];
             let event = if !wraps[n] && !(lower..=upper).contains(&seen.q[n]) {
                 Event::Position
             } else if seen.dq[n].abs() > self.velocity_limit[n] {
                 Event::Velocity
-            } else if seen.e[n].abs() > self.envelope[n] {
-                Event::Envelope
             } else {
                 return None;
             };
             Some(Cause { event, joint: Some(n) })
         })
+    }
+
+    /// A joint whose tracking error is outside its envelope.
+    fn errs(&self, seen: &Sample<N>) -> Option<Cause> {
+        let joint = (0..N).find(|&n| seen.e[n].abs() > self.envelope[n])?;
+        Some(Cause { event: Event::Envelope, joint: Some(joint) })
     }
 }

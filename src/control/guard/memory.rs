@@ -25,9 +25,14 @@ pub struct GuardMemory<const N: usize> {
 }
 
 impl<const N: usize> GuardMemory<N> {
+    /// A memory before the first sample, around a controller whose last torque is `last_tau`.
+    pub(crate) fn new(last_tau: Option<Vector<N>>) -> Self {
+        Self { last_tau, ..Self::default() }
+    }
+
     /// States the torque that is on the robot when the guard takes over [N·m]: the first torque is
     /// within the rate limit of it. Without it that is the law's resting torque at the first good
-    /// sample, and zero if there has been none.
+    /// sample. Until then zero is sent, from which nothing counts.
     ///
     /// # Errors
     /// `last_tau`: not finite, or beyond 1e10.
@@ -52,7 +57,7 @@ impl<const N: usize> GuardMemory<N> {
         self.lost
     }
 
-    /// How many calls an event happened in.
+    /// How many calls an event happened in; of [`Event::Missed`], how many periods.
     pub fn count(&self, event: Event) -> u64 {
         self.counts[event as usize]
     }
@@ -62,6 +67,17 @@ impl<const N: usize> GuardMemory<N> {
     pub fn rearm(&mut self) {
         let Self { last_tau, counts, .. } = *self;
         *self = Self { last_tau, counts, ..Self::default() };
+    }
+
+    /// Counts from zero again.
+    #[cfg(feature = "std")]
+    pub(crate) fn recount(&mut self) {
+        self.counts = [0; Event::ALL.len()];
+    }
+
+    /// Whether the latest call brought a good sample, so that its velocity is known.
+    pub(super) fn sees(&self) -> Option<&[Vector<N>; 2]> {
+        self.last_good.as_ref().filter(|_| self.since_good == 0.0)
     }
 
     pub(super) fn add(&mut self, events: Events) {

@@ -73,6 +73,6 @@ impl<const N: usize> GuardParameters<N> {
             accepted("position_limits", &[*lower], |lower| lower < *upper, wanted)
                 .map_err(|error| error.at(joint))?;
         }
-        self.brake.validate()
+        self.brake.validate(self.control_period)
     }
 }

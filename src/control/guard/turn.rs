@@ -51,15 +51,17 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     /// The torque to send for a sample.
     pub fn step(&mut self, came: &Seen<'_, N>) -> Guarded<N> {
         let mut events = Events::default();
-        if let Err(event) = self.judge_time(came.elapsed, &mut events) {
-            return if event == Event::Early {
-                self.repeat(events)
-            } else {
-                self.lose(event, events)
-            };
+        let judged = self.judge_time(came.elapsed, &mut events);
+        if judged == Err(Event::Early) {
+            return self.repeat(events);
+        }
+        self.end_period(came.applied, &mut events);
+        if let Err(event) = judged {
+            return self.lose(event, events);
         }
         let seen = self.controller.sample(came.q, came.dq, came.desired);
-        match self.guard.judge(self.memory, &seen, &self.controller.law.wraps()) {
+        let verdict = self.guard.judge(self.memory, &seen, &self.controller.law.wraps());
+        match verdict {
             Verdict::Bad(event) => {
                 return self.lose(event, events);
             }
@@ -68,7 +70,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
                 self.halt(cause);
             }
             Verdict::Good if self.memory.lost > self.patience() => self.halt(Cause::MISSED),
-            Verdict::Good => {}
+            Verdict::Good | Verdict::NoSetpoint => {}
         }
         let memory = &mut *self.memory;
         (memory.last_good, memory.since_good) = (Some([seen.q, seen.dq]), 0.0);
@@ -76,14 +78,19 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
             memory.lost = 0;
             return self.brake(&seen.q, &seen.dq, events);
         }
+        if matches!(verdict, Verdict::NoSetpoint) {
+            return self.lose(Event::NotFinite, events);
+        }
         self.ask(came, events)
     }
 
     /// The torque to send where no sample came.
     pub fn missed(&mut self) -> Guarded<N> {
+        let mut events = Events::default();
+        self.end_period(None, &mut events);
         self.memory.since_good += self.guard.control_period;
         self.memory.since_call = 0.0;
-        self.lose(Event::Missed, Events::default())
+        self.lose(Event::Missed, events)
     }
 
     /// Stops.
@@ -111,34 +118,43 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
             return Err(Event::Clock);
         }
         memory.since_call += elapsed;
-        if memory.last_tau.is_some() && memory.since_call < EARLY * period {
+        let (begun, since) = (memory.last_good.is_some(), memory.since_good + memory.since_call);
+        if begun && since < EARLY * period {
             return Err(Event::Early);
         }
-        if memory.last_tau.is_some() && memory.since_call > LATE * period {
+        if begun && memory.since_call > LATE * period {
             events.add(Event::Late);
-            memory.lost += libm::round(memory.since_call / period) as u64 - 1;
+            let missed = libm::round(memory.since_call / period) as u64 - 1;
+            memory.lost += missed;
+            memory.counts[Event::Missed as usize] += missed;
         }
         memory.since_good += memory.since_call;
         memory.since_call = 0.0;
         Ok(())
     }
 
+    /// Ends the period before with the torque that acted in it. Nothing is learnt from it where
+    /// that is said, and is not finite.
+    fn end_period(&mut self, applied: Option<&Vector<N>>, events: &mut Events) {
+        if applied.is_some_and(|tau| !is_finite(tau)) {
+            events.add(Event::NotFinite);
+            self.state.pending = None;
+        }
+        // What cannot end is left out.
+        _ = self.controller.end_period(self.state, applied);
+    }
+
     /// What the controller wants for a good sample.
     fn ask(&mut self, came: &Seen<'_, N>, events: Events) -> Guarded<N> {
-        let told = came.applied.filter(|tau| tau.iter().all(|x| x.is_finite()));
-        let acted = told.or(self.memory.last_tau.as_ref());
         let Seen { q, dq, desired, .. } = *came;
-        match self.controller.step_after(
-            self.state,
-            acted,
-            q,
-            dq,
-            desired,
-            self.guard.control_period,
-        ) {
+        match self.controller.step(self.state, q, dq, desired, self.guard.control_period) {
             Ok(command) => {
                 self.memory.lost = 0;
-                self.send(&command.tau, Some(command), events)
+                let given = self.send(&command.tau, Some(command), events);
+                if let Some(pending) = &mut self.state.pending {
+                    pending.applied.tau = given.tau;
+                }
+                given
             }
             Err(_) => self.lose(Event::Controller, events),
         }
@@ -149,8 +165,7 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
     fn halt(&mut self, cause: Cause) {
         if self.memory.stopped.is_none() {
             self.memory.stopped = Some(cause);
-            // What cannot end is left out.
-            _ = self.controller.end_period(self.state, self.memory.last_tau.as_ref());
+            self.end_period(None, &mut Events::default());
         }
     }
 
@@ -182,22 +197,23 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         let from = self.memory.slowing.unwrap_or(start);
         self.memory.slowing = Some(brake.slow_down(&from, self.guard.control_period));
         let seen = self.controller.sample(q, dq, &from);
-        let wanted = self.carrying(q) + brake.torque(&seen.e, &seen.de);
-        self.send(&wanted, None, events)
+        let wanted = brake.acceleration(&seen.e, &seen.de);
+        let braking = self.controller.law.inertia_torque(q, &wanted);
+        let braking = if is_finite(&braking) { braking } else { Vector::zeros() };
+        self.send(&(self.carrying(q) + braking), None, events)
     }
 
     /// The law's resting torque; zero where that is not finite.
     fn carrying(&self, q: &Vector<N>) -> Vector<N> {
         let tau = self.controller.law.resting_torque(q);
-        if tau.iter().all(|x| x.is_finite()) { tau } else { Vector::zeros() }
+        if is_finite(&tau) { tau } else { Vector::zeros() }
     }
 
     /// The last torque once more.
     fn repeat(&mut self, mut events: Events) -> Guarded<N> {
         events.add(Event::Early);
-        self.memory.add(events);
-        let tau = self.memory.last_tau.unwrap_or_else(Vector::zeros);
-        Guarded { tau, command: None, events }
+        let last = self.memory.last_tau.unwrap_or_else(Vector::zeros);
+        self.send(&last, None, events)
     }
 
     /// Lets the limits have the last word, and remembers what is sent.
@@ -207,13 +223,14 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         command: Option<Command<N>>,
         mut events: Events,
     ) -> Guarded<N> {
-        let good = self.memory.last_good.filter(|_| self.memory.lost == 0);
-        let resting = || good.map_or_else(Vector::zeros, |[q, _]| self.carrying(&q));
-        let last = self.memory.last_tau.unwrap_or_else(resting);
-        let dq = good.as_ref().map(|[_, dq]| dq);
+        let seen = self.memory.sees().copied();
+        let resting = seen.map(|[q, _]| self.carrying(&q));
+        let taken_over = self.memory.last_tau.or(resting);
+        let last = taken_over.unwrap_or_else(Vector::zeros);
+        let dq = seen.as_ref().map(|[_, dq]| dq);
         let Bounded { tau, events: cut, breach } = self.guard.bounded(&last, wanted, dq);
         events.join(cut);
-        self.memory.last_tau = Some(tau);
+        self.memory.last_tau = taken_over.map(|_| tau);
         if let Some(joint) = breach {
             events.add(Event::Power);
             self.halt(Cause { event: Event::Power, joint: Some(joint) });
@@ -221,4 +238,8 @@ impl<const N: usize, L: Law<N>, C: Compensator<N, S>, S> Turn<'_, N, L, C, S> {
         self.memory.add(events);
         Guarded { tau, command, events }
     }
+}
+
+fn is_finite<const N: usize>(tau: &Vector<N>) -> bool {
+    tau.iter().all(|x| x.is_finite())
 }

@@ -6,6 +6,7 @@ use super::dictionary::SMALLEST_SIZE;
 use super::{KernelCompensator, KernelState, Places};
 use crate::control::fuzzy_compensator::FROZEN;
 use crate::control::saved::{KERNEL, MAX_COUNT, Numbers, OTHER, put_all};
+use crate::control::update::MAX_WEIGHT;
 use crate::control::{Buffer, Saves};
 use crate::error::{Error, Result, length};
 use crate::fuzzy::Compare;
@@ -87,7 +88,8 @@ impl<const N: usize, T: Buffer, B: Buffer> Saves<N, KernelState<N, B>> for Kerne
         length("capacity", saved.capacity as usize, self.kernel.capacity)?;
         let Saved { count, merged, dropped, scale, norms, errors, mut atoms, .. } = saved;
         let usable = scale.iter().all(|x| *x > 0.0 && *x <= 1.0)
-            && norms.iter().chain(errors.iter()).all(|x| *x >= 0.0 && x.is_finite());
+            && norms.iter().all(|x| *x >= 0.0 && x.is_finite())
+            && errors.iter().all(|x| (0.0..=MAX_WEIGHT).contains(x));
         if !usable || count > saved.capacity || merged.max(dropped) > MAX_COUNT {
             return Err(IMPOSSIBLE);
         }
@@ -100,7 +102,7 @@ impl<const N: usize, T: Buffer, B: Buffer> Saves<N, KernelState<N, B>> for Kerne
             let (memberships, coefficients) = self.atom_of(all, atom)?;
             let size = self.basis.kernel_of_memberships(memberships.iter(), memberships.iter());
             let possible = memberships.iter().all(|p| (0.0..=1.0 + 1e-9).contains(&p))
-                && coefficients.iter().all(|c| c.is_finite())
+                && coefficients.iter().all(|c| c.abs() <= MAX_WEIGHT)
                 && size >= SMALLEST_SIZE;
             if !possible {
                 return Err(IMPOSSIBLE);

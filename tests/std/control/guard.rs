@@ -43,13 +43,17 @@ impl Law<2> for Fragile {
     fn resting_torque(&self, q: &Vector<2>) -> Vector<2> {
         self.law.resting_torque(q)
     }
+
+    fn inertia_torque(&self, q: &Vector<2>, acceleration: &Vector<2>) -> Vector<2> {
+        self.law.inertia_torque(q, acceleration)
+    }
 }
 
 type Guardian<L = Fragile> = Guard<2, L, FuzzyCompensator<2>>;
 type Memory = GuardState<2, FuzzyState<2, Vec<f64>>>;
 
 fn parameters() -> GuardParameters<2> {
-    let brake = Brake { stiffness: [400.0, 100.0], damping: [80.0, 20.0], deceleration: [10.0; 2] };
+    let brake = Brake { bandwidth: [10.0; 2], deceleration: [10.0; 2] };
     GuardParameters {
         position_limits: [[-2.0, 2.0]; 2],
         velocity_limit: [6.0; 2],

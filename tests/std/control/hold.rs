@@ -94,7 +94,7 @@ fn what_no_drive_can_apply_is_refused_by_name_and_changes_nothing() {
             step(&controller, &mut state, None, &mut Random(4));
         }
         let before = format!("{state:?}");
-        for bad in [f64::NAN, f64::INFINITY, -1.1e10] {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let applied = Vector::<2>::new(0.0, bad);
             let told = Some(&applied);
             let refused = [
