@@ -19,6 +19,14 @@ Path = Reference | tuple[ArrayLike, ...] | Array
 """A path: a reference, the arguments of a `Table`, (t, q) or (t, q, dq, ddq), or positions."""
 
 
+Verdict = Literal[
+    "go ahead",
+    "do not run this",
+    "cannot tell without a path",
+    "cannot tell from a linear model",
+]
+
+
 @dataclass(frozen=True, eq=False)
 class DesignReport:
     """Figures of a design, joint by joint (arrays of shape (n,)), with findings and a verdict.
@@ -48,11 +56,12 @@ class DesignReport:
     """Predicted steady RMS error with it [rad]."""
     sampled_radius: Array
     """Spectral radius of the sampled loop, stable below 1. Along a path the growth per sample of
-    the loop of all joints when it shakes by 0.05 rad, with what the rules keep then and the dead
-    zone leaves: at 1 and above the loop is unstable all the same."""
+    the loop of all joints, the smallest at any size of its motion: at 1 and above it is unstable on
+    the path, shaking, and where the error is wide."""
     max_period: Array
-    """Longest period at which the sampled loop is stable [s], 0 if it never is; along a path that
-    of the loop of all joints."""
+    """Longest period at which the sampled loop is stable [s], 0 if it never is. Along a path that
+    of the loop of all joints: on the path, where the error is as wide as computed torque alone has
+    it, and without the compensator, if it is stable then at any period."""
     stiffness: Array
     """kp M₀ⱼⱼ, what holds a joint against a slow push [N·m/rad]: the smallest along the path, or of
     32 poses spread over the joints' ranges."""
@@ -66,7 +75,9 @@ class DesignReport:
     """Whether nothing speaks against going ahead, and all that may is known."""
     known: bool
     """Whether the loop could be judged; it could not where the rules see where the arm is, and no
-    path was given."""
+    path was given, or where the error is too wide for a linear model."""
+    verdict: Verdict
+    """What to do."""
     left_out: tuple[str, ...]
     """What acts in a run and is not in these figures."""
     rules: float | None = None
@@ -78,13 +89,6 @@ class DesignReport:
     survives: Array | None = None
     """Share of what the model leaves out that is still compensated when learning stops, at best: 1
     is learnt, 0 only integrated. None without a path and a plant."""
-
-    @property
-    def verdict(self) -> Literal["go ahead", "do not run this", "cannot tell without a path"]:
-        """What to do."""
-        if self.sound:
-            return "go ahead"
-        return "do not run this" if self.known else "cannot tell without a path"
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))

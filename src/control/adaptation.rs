@@ -65,6 +65,13 @@ impl<const N: usize> Adaptation<N> {
         core::array::from_fn(|n| self.gain[n] * weakened(n))
     }
 
+    /// The e-modification at this |s| as a leak [1/s], of the joint where it is weakest.
+    #[cfg(feature = "std")]
+    pub(crate) fn slowest_pull(&self, s_norm: f64) -> f64 {
+        let least = self.gain.iter().copied().fold(f64::INFINITY, f64::min);
+        least * self.error_modification * s_norm
+    }
+
     /// Whether anything pulls the weights back to their prior.
     #[inline]
     pub(super) fn pulls(&self) -> bool {
@@ -85,7 +92,7 @@ impl<const N: usize> Adaptation<N> {
 
     /// m, the factor of the drive, for |ξ|² of the joint's rules.
     #[inline]
-    pub(super) fn drive_factor(&self, s_norm: f64, xi_squared: f64) -> f64 {
+    pub(crate) fn drive_factor(&self, s_norm: f64, xi_squared: f64) -> f64 {
         let zone = if self.dead_zone < s_norm { 1.0 - self.dead_zone / s_norm } else { 0.0 };
         zone / (1.0 + self.normalization * xi_squared)
     }

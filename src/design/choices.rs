@@ -2,7 +2,7 @@
 
 use super::course::Course;
 use super::learning::diagonals;
-use super::spectrum::signal;
+use super::spectrum::Signals;
 use super::{Finding, Subject};
 use crate::control::{Gains, Sample, Signal};
 use crate::error::Result;
@@ -19,7 +19,7 @@ const STIFFEST: f64 = 1e-3;
 /// Damping ratio above which k_p and k_v look swapped, and range of it that is usual.
 const CREEPING: f64 = 3.0;
 const USUAL: core::ops::RangeInclusive<f64> = 0.3..=CREEPING;
-/// An input is off its centres where it is so many widths beyond the outermost one …
+/// An input is off its centres where it is so many widths from the next one …
 const WIDTHS: f64 = 2.0;
 /// … for more than this share of the path.
 const OFF: f64 = 0.2;
@@ -54,7 +54,7 @@ impl<const N: usize> Choices<'_, N> {
         found.extend((0..N).filter_map(|joint| weak_effort(course, joint)));
         if let Some(subject) = self.compensator {
             found.extend(off_centers(subject, course));
-            found.extend(small_dictionary(subject, course));
+            found.extend(self.small_dictionary(subject, course));
             if course.measured {
                 found.extend(self.dead_zone(subject, course)?);
                 found.extend(small_ball(subject, course)?);
@@ -93,12 +93,34 @@ impl<const N: usize> Choices<'_, N> {
         (distance > FAR * (1.0 + ROUNDING)).then_some(Finding::FarStart { joint, distance })
     }
 
+    fn small_dictionary(&self, subject: &dyn Subject<N>, course: &Course<N>) -> Option<Finding> {
+        let (parameters, wanted) = subject.dictionary(&self.seen(course))?;
+        let capacity = parameters.capacity;
+        (wanted > capacity).then_some(Finding::SmallDictionary { capacity })
+    }
+
+    /// What the rules see along the path before anything is learnt: with the error of computed
+    /// torque alone, which is slowly ρ_d/k_p.
+    fn seen(&self, course: &Course<N>) -> Vec<Sample<N>> {
+        let last = course.points.len() - 1;
+        let (fine, dt) = (course.fine.len() / (last + 1), course.duration / (last + 1) as f64);
+        let known = if course.measured { 1.0 } else { 0.0 };
+        let err = |(k, sample): (usize, &Sample<N>)| {
+            let (from, share) = (k / fine, (k % fine) as f64 / fine as f64);
+            let [rho, next] = [from, last.min(from + 1)].map(|it| course.points[it].rho);
+            let over_kp = |it: Vector<N>| Vector::from_fn(|n, _| known * it[n] / self.gains.kp[n]);
+            let (e, de) = (over_kp(rho.lerp(&next, share)), over_kp((next - rho) / dt));
+            Sample { q: sample.q + e, dq: sample.dq + de, e, de, ..*sample }
+        };
+        course.fine.iter().enumerate().map(err).collect()
+    }
+
     fn dead_zone(&self, subject: &dyn Subject<N>, course: &Course<N>) -> Result<Option<Finding>> {
         let dead_zone = subject.parameters().adaptation.dead_zone;
         if dead_zone == 0.0 {
             return Ok(None);
         }
-        let signal = signal(subject, self.gains, course)?;
+        let signal = Signals::new(subject, self.gains, course).alone()?;
         Ok((dead_zone >= signal).then_some(Finding::DeadZone { dead_zone, signal }))
     }
 }
@@ -108,9 +130,10 @@ fn weak_effort<const N: usize>(course: &Course<N>, joint: usize) -> Option<Findi
     let largest = |value: fn(&super::Local<N>) -> &Vector<N>| {
         course.points.iter().fold(0.0, |most: f64, it| most.max(value(&it.actual)[joint].abs()))
     };
-    let needs = [(largest(|it| &it.gravity), true), (largest(|it| &it.torque), false)];
-    let (need, gravity) = needs.into_iter().find(|(need, _)| *need > limit * (1.0 + ROUNDING))?;
-    Some(Finding::WeakEffort { joint, limit, need, gravity })
+    let needs =
+        [(largest(|it| &it.gravity), "gravity alone"), (largest(|it| &it.torque), "the path")];
+    let (need, taken_by) = needs.into_iter().find(|(need, _)| *need > limit * (1.0 + ROUNDING))?;
+    Some(Finding::WeakEffort { joint, limit, need, taken_by })
 }
 
 /// The worst joint of every signal.
@@ -131,31 +154,23 @@ fn off_centers<const N: usize>(
     let signals: Vec<Signal> = inputs.signals().iter().map(|(signal, _)| *signal).collect();
     signals.into_iter().enumerate().filter_map(move |(k, signal)| {
         let off = |joint: &usize| {
-            let (low, high, width) = reaches[k * N + joint];
-            let beyond = |x: f64| x < low - WIDTHS * width || x > high + WIDTHS * width;
-            runs.iter().filter(|x| beyond(x[k * N + joint])).count()
+            let sets = &reaches[k * N + joint];
+            let far =
+                |x: f64| sets.iter().all(|(center, width)| (x - center).abs() > WIDTHS * width);
+            runs.iter().filter(|x| far(x[k * N + joint])).count()
         };
         let joint = (0..N).max_by_key(off)?;
-        let values = || runs.iter().map(|x| x[k * N + joint]);
-        let runs_in =
-            (values().fold(f64::INFINITY, f64::min), values().fold(-f64::INFINITY, f64::max));
-        let (low, high, _) = reaches[k * N + joint];
-        (off(&joint) as f64 > OFF * runs.len() as f64).then_some(Finding::OffCenters {
+        (off(&joint) as f64 > OFF * runs.len() as f64).then(|| Finding::OffCenters {
             signal: signal.name(),
             joint,
-            runs: runs_in,
-            centers: (low, high),
+            runs: range(runs.iter().map(|x| x[k * N + joint])),
+            centers: range(reaches[k * N + joint].iter().map(|(center, _)| *center)),
         })
     })
 }
 
-fn small_dictionary<const N: usize>(
-    subject: &dyn Subject<N>,
-    course: &Course<N>,
-) -> Option<Finding> {
-    let (parameters, wanted) = subject.dictionary(&course.fine)?;
-    let capacity = parameters.capacity;
-    (wanted > capacity).then_some(Finding::SmallDictionary { capacity })
+fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
+    values.fold((f64::INFINITY, -f64::INFINITY), |(low, high), x| (low.min(x), high.max(x)))
 }
 
 /// |Wₙ| ≥ |ρ_d,n| / |ξ| at every point.

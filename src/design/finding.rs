@@ -73,10 +73,17 @@ pub enum Finding {
     },
     /// The rules see where the arm is, and no path was given.
     NeedsPath,
-    /// What the nominal model leaves out is more than feedback and compensator can hold.
+    /// Linearised on the path the loop grows at any control period.
     Overwhelmed {
-        /// Joint, from 0.
+        /// Joint, from 0; the one that sets the limit.
         joint: usize,
+    },
+    /// The predicted error is too wide for a linear model.
+    Beyond {
+        /// Joint, from 0; the one that errs most.
+        joint: usize,
+        /// Predicted steady RMS error \[rad\].
+        rms: f64,
     },
     /// The joint is hardly held.
     Weak {
@@ -141,21 +148,25 @@ pub enum Finding {
         limit: f64,
         /// What it takes [N·m].
         need: f64,
-        /// Whether gravity alone takes that.
-        gravity: bool,
+        /// What takes it.
+        taken_by: &'static str,
     },
 }
 
 impl Finding {
     /// Whether one should not go ahead.
     pub fn refuses(&self) -> bool {
-        matches!(
-            self,
-            Self::Unstable { .. }
-                | Self::NoMargin { .. }
-                | Self::Divergent { .. }
-                | Self::Overwhelmed { .. }
-        )
+        matches!(self, Self::Unstable { .. } | Self::NoMargin { .. } | Self::Divergent { .. })
+    }
+
+    /// Whether the loop has no steady error to judge.
+    pub(super) fn grows(&self) -> bool {
+        self.refuses() || matches!(self, Self::Overwhelmed { .. })
+    }
+
+    /// Whether it leaves open what the loop does.
+    pub fn leaves_open(&self) -> bool {
+        matches!(self, Self::NeedsPath | Self::Overwhelmed { .. } | Self::Beyond { .. })
     }
 
     /// About the loop's sampling.
@@ -174,7 +185,7 @@ impl Finding {
                 write!(
                     f,
                     "joint {}: the control period is {share:.2} of the longest stable one, too \
-                     close to count on",
+                     long to count on",
                     joint + 1
                 )?;
                 (joint, max_period)
@@ -265,8 +276,15 @@ impl Finding {
             ),
             Self::Overwhelmed { joint } => write!(
                 f,
-                "joint {}: unstable along this path at any control period: the arm that is there \
-                 is too far from the nominal one; raise kp and kv, or mend the model",
+                "joint {}: linearised on the path the loop grows at any control period: kp and kv \
+                 do not hold there what the nominal arm leaves out. How far it strays only a run \
+                 tells; raise kp and kv, or mend the model",
+                joint + 1
+            ),
+            Self::Beyond { joint, rms } => write!(
+                f,
+                "joint {}: its predicted error of {rms:.3} rad (RMS) is wider than a linear model \
+                 holds for. How far it strays only a run tells; raise kp and kv, or mend the model",
                 joint + 1
             ),
             Self::Swapped { joint, kp, kv } => write!(
@@ -315,8 +333,8 @@ impl Finding {
             ),
             Self::OffCenters { signal, joint, runs, centers } => write!(
                 f,
-                "centers: the input {signal} of joint {} runs from {:.3} to {:.3}, the centres \
-                 from {:.3} to {:.3}: move or scale them",
+                "centers: the input {signal} of joint {} runs from {:.3} to {:.3}, mostly more \
+                 than 2 widths from any centre ({:.3} to {:.3}): move, scale or widen the sets",
                 joint + 1,
                 runs.0,
                 runs.1,
@@ -330,15 +348,12 @@ impl Finding {
                  from q0",
                 joint + 1
             ),
-            Self::WeakEffort { joint, limit, need, gravity } => {
-                let what = if gravity { "gravity alone" } else { "the path" };
-                write!(
-                    f,
-                    "effort_limit: joint {} has {limit:.4} N·m, and {what} takes {need:.4}: raise \
-                     it, or choose a slower path or another pose",
-                    joint + 1
-                )
-            }
+            Self::WeakEffort { joint, limit, need, taken_by } => write!(
+                f,
+                "effort_limit: joint {} has {limit:.4} N·m, and {taken_by} takes {need:.4}: raise \
+                 it, or choose a slower path or another pose",
+                joint + 1
+            ),
             _ => Ok(()),
         }
     }

@@ -52,10 +52,12 @@ pub struct JointReport {
     /// Predicted steady RMS error \[rad\], without and with the compensator.
     pub rms: [f64; 2],
     /// Spectral radius of the sampled loop; it is stable below 1. Along a path, the growth per
-    /// sample of the loop of all joints when it shakes by 0.05 rad, with what the rules keep then
-    /// and the dead zone leaves. At 1 and above the loop is unstable all the same.
+    /// sample of the loop of all joints, the smallest at any size of its motion: at 1 and above it
+    /// is unstable on the path, shaking, and where the error is wide.
     pub sampled_radius: f64,
-    /// Longest period at which the sampled loop is stable \[s\]; along a path, that of all joints.
+    /// Longest period at which the sampled loop is stable \[s\], 0 if it never is. Along a path,
+    /// that of the loop of all joints: on the path, where the error is as wide as computed torque
+    /// alone has it, and without the compensator, if it is stable then at any period.
     pub max_period: f64,
     /// k_p M₀ⱼⱼ, what holds the joint against a slow push [N·m/rad]: the smallest along the path,
     /// or over 32 poses without one.

@@ -12,17 +12,10 @@ use nalgebra::{DMatrix, DVector};
 use super::Subject;
 use super::course::Course;
 use super::subject::of_joint;
-use crate::control::{Gains, Sample};
 use crate::error::Result;
-use crate::math::{Vector, sqrt};
-use crate::reference::Setpoint;
 
 /// Ridge, as a share of the mean of |ξ|².
 const RIDGE: f64 = 1e-6;
-
-/// Shaking by so much ends where the rules lose what they learn in it \[rad\]; in velocity, times
-/// √k_p.
-const AWAY: f64 = 0.05;
 
 /// Rules that explain more than this share of ρ_d can learn it.
 const LEARNT: f64 = 0.5;
@@ -35,8 +28,6 @@ const DIRECTION: f64 = 1e-3;
 pub struct Learning<const N: usize> {
     /// |ξ|² of each joint at every point.
     pub(super) xi_squared: Vec<[f64; N]>,
-    /// What is left of it where the loop shakes.
-    pub(super) shaken: Vec<[f64; N]>,
     /// Independent directions that ξ takes along the path, of each joint.
     pub directions: [usize; N],
     /// Rules that fire somewhere along the path with 5 % of the strongest, of each joint; `None` in
@@ -50,12 +41,8 @@ pub struct Learning<const N: usize> {
 }
 
 impl<const N: usize> Learning<N> {
-    /// Of a compensator along a path, for a loop with these gains.
-    pub(super) fn new(
-        subject: &dyn Subject<N>,
-        course: &Course<N>,
-        gains: &Gains<N>,
-    ) -> Result<Self> {
+    /// Of a compensator along a path.
+    pub(super) fn new(subject: &dyn Subject<N>, course: &Course<N>) -> Result<Self> {
         let samples = course.samples();
         let products = subject.products(&samples)?;
         let excited = subject.rules_excited(&samples)?;
@@ -68,10 +55,8 @@ impl<const N: usize> Learning<N> {
             survives[n] = explained(block, &rho);
         }
         let known = course.measured && course.points.iter().any(|point| point.rho.amax() > 0.0);
-        let xi_squared = diagonals(&products);
         Ok(Self {
-            shaken: shaken(subject, &samples, gains, &xi_squared)?,
-            xi_squared,
+            xi_squared: diagonals(&products),
             directions,
             rules_excited: excited.map(|it| std::array::from_fn(|n| *of_joint(&it, n))),
             rules: subject.rules(),
@@ -92,96 +77,6 @@ impl<const N: usize> Learning<N> {
 pub(super) fn diagonals<const N: usize>(products: &[DMatrix<f64>]) -> Vec<[f64; N]> {
     let of = |k: usize| std::array::from_fn(|n| of_joint(products, n)[(k, k)]);
     (0..products[0].nrows()).map(of).collect()
-}
-
-/// Both ends of a shake about every sample: those of one end, then those of the other. Neighbours
-/// go to opposite sides, or all to one.
-fn ends<const N: usize>(
-    samples: &[Sample<N>],
-    size: &[f64; N],
-    rate: Option<&[f64; N]>,
-    together: bool,
-) -> Vec<Sample<N>> {
-    let away = |sample: &Sample<N>, end: f64| {
-        let side = |n: usize| if together || n.is_multiple_of(2) { end } else { -end };
-        let by = Vector::from_fn(|n, _| side(n) * size[n] * rate.map_or(1.0, |rate| rate[n]));
-        let still = Vector::zeros();
-        let (e, de) = if rate.is_some() { (still, by) } else { (by, still) };
-        let Setpoint { q, dq, .. } = sample.desired;
-        Sample { q: q + e, dq: dq + de, e, de, ..*sample }
-    };
-    let of = |end: f64| samples.iter().map(move |it| away(it, end));
-    of(1.0).chain(of(-1.0)).collect()
-}
-
-/// The frequency of the loop at a point, √(k_p + k_I p22) of each joint [rad/s].
-fn frequency<const N: usize>(
-    subject: &dyn Subject<N>,
-    gains: &Gains<N>,
-    xi_squared: &[f64; N],
-) -> [f64; N] {
-    let k_i = subject.parameters().adaptation.integral_gains(xi_squared);
-    std::array::from_fn(|n| sqrt(gains.kp[n] + k_i[n] * subject.p()[n].p22))
-}
-
-/// What is left of |ξ|² of each joint where the loop shakes about every sample by [`AWAY`]: the
-/// smallest ξ·ξ' of both ends, in position and in velocity. What is learnt at one end is used at
-/// the other.
-fn shaken<const N: usize>(
-    subject: &dyn Subject<N>,
-    samples: &[Sample<N>],
-    gains: &Gains<N>,
-    on_path: &[[f64; N]],
-) -> Result<Vec<[f64; N]>> {
-    let mut least = on_path.to_vec();
-    let rate = frequency(subject, gains, &largest(on_path));
-    for rate in [None, Some(&rate)] {
-        let products = subject.products(&ends(samples, &[AWAY; N], rate, false))?;
-        for (k, least) in least.iter_mut().enumerate() {
-            for (n, least) in least.iter_mut().enumerate() {
-                *least = least.min(of_joint(&products, n)[(k, samples.len() + k)]);
-            }
-        }
-    }
-    Ok(least)
-}
-
-/// The largest |ξ|² of each joint at every sample, and at errors of this size there: rules of the
-/// error may fire more than on the path.
-pub(super) fn strongest<const N: usize>(
-    subject: &dyn Subject<N>,
-    samples: &[Sample<N>],
-    (size, gains): (&[f64; N], &Gains<N>),
-    on_path: &[[f64; N]],
-) -> Result<Vec<[f64; N]>> {
-    let mut most = on_path.to_vec();
-    let rate = gains.kp.map(sqrt);
-    for rate in [None, Some(&rate)] {
-        for together in [true, false] {
-            let near = diagonals::<N>(&subject.products(&ends(samples, size, rate, together))?);
-            for (k, near) in near.iter().enumerate() {
-                for (most, near) in most[k % samples.len()].iter_mut().zip(near) {
-                    *most = most.max(*near);
-                }
-            }
-        }
-    }
-    Ok(most)
-}
-
-/// The largest of each joint.
-fn largest<const N: usize>(xi_squared: &[[f64; N]]) -> [f64; N] {
-    std::array::from_fn(|n| xi_squared.iter().map(|it| it[n]).fold(0.0, f64::max))
-}
-
-/// The frequency of the fastest joint's shaking, times [`AWAY`], as a signal |BᵀPx|, at least.
-pub(super) fn shaking_signal<const N: usize>(
-    subject: &dyn Subject<N>,
-    gains: &Gains<N>,
-    on_path: &[[f64; N]],
-) -> f64 {
-    let rate = frequency(subject, gains, &largest(on_path));
-    (0..N).map(|n| subject.p()[n].p22 * rate[n] * AWAY).fold(f64::INFINITY, f64::min)
 }
 
 /// Steps of a pivoted Cholesky factorisation: each takes the ξ that sticks out most of the span of

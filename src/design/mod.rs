@@ -3,13 +3,16 @@
 //! limits.
 //!
 //! The way through: `LinearModel` is one joint; `Course` is a path with the arms along it,
-//! which `sampled_loop` makes one loop of; `learning` says what the rules can hold; `joint_design`
-//! judges a joint, `choices` what was chosen, in the words of `Finding`; `Report` is all of it.
+//! which `sampled_loop` makes one loop of, and `loops` several: on the path and away from it, as
+//! `excursions` has the rules there; `learning` says what they can hold; `joint_design` judges a
+//! joint, `choices` what was chosen, in the words of `Finding`; `Report` is all of it.
 
 #[cfg(feature = "std")]
 mod choices;
 #[cfg(feature = "std")]
 mod course;
+#[cfg(feature = "std")]
+mod excursions;
 #[cfg(feature = "std")]
 mod finding;
 #[cfg(feature = "std")]
@@ -18,6 +21,8 @@ mod joint_design;
 mod learning;
 mod limits;
 mod linear_model;
+#[cfg(feature = "std")]
+mod loops;
 #[cfg(feature = "std")]
 mod report;
 #[cfg(feature = "std")]

@@ -4,9 +4,9 @@
 use super::choices::Choices;
 use super::course::Course;
 use super::joint_design::{JointDesign, JointReport};
-use super::learning::{Learning, shaking_signal, strongest};
-use super::sampled_loop::{Integrators, SampledLoop};
-use super::spectrum::{Spectrum, signal};
+use super::learning::Learning;
+use super::loops::Loops;
+use super::spectrum::Spectrum;
 use super::{Finding, Subject};
 use crate::arm::{Arm, JointLimits};
 use crate::control::{Adaptation, ComputedTorque, Gains, Limits, Signal};
@@ -17,11 +17,14 @@ use crate::math::Vector;
 const WARN: f64 = 1.0 / 3.0;
 /// … and above this one refused.
 const REFUSE: f64 = 0.75;
+/// Along a path the longest period is known to 2 %: closer to it there is no margin, and no more is
+/// known.
+const CLOSE: core::ops::RangeInclusive<f64> = REFUSE..=1.02;
 
-/// Errors of computed torque alone count up to this \[rad\].
-const MOST_ERROR: f64 = 1.0;
+/// An error (RMS) above this, a swing of 1 rad, is beyond a linear model \[rad\].
+const MOST_RMS: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
-/// Poses over which the weakest stiffness is looked for without a path.
+/// Poses over which the weakest stiffness and the largest gravity are looked for without a path.
 const POSES: usize = 32;
 
 /// What a design is judged for.
@@ -77,13 +80,26 @@ impl<const N: usize> Report<N> {
 
     /// Whether nothing speaks against going ahead, and all that may is known.
     pub fn sound(&self) -> bool {
-        self.known() && !self.findings.iter().any(Finding::refuses)
+        self.known() && !refused(&self.findings)
     }
 
     /// Whether the loop could be judged: without a path it can not where the rules see where the
-    /// arm is.
+    /// arm is, and with errors as wide as the arm by no linear model.
     pub fn known(&self) -> bool {
-        !self.findings.contains(&Finding::NeedsPath)
+        !self.findings.iter().any(Finding::leaves_open)
+    }
+
+    /// What to do, in words.
+    pub fn verdict(&self) -> &'static str {
+        if refused(&self.findings) {
+            "do not run this"
+        } else if self.findings.contains(&Finding::NeedsPath) {
+            "cannot tell without a path"
+        } else if self.known() {
+            "go ahead"
+        } else {
+            "cannot tell from a linear model"
+        }
     }
 }
 
@@ -93,6 +109,8 @@ pub struct ArmFacts<const N: usize> {
     mass: [f64; N],
     effort_limit: [f64; N],
     dry: bool,
+    /// Without a path: the joints that gravity overcomes in some pose.
+    dropped: Vec<Finding>,
 }
 
 impl<const N: usize> ArmFacts<N> {
@@ -108,12 +126,13 @@ impl<const N: usize> ArmFacts<N> {
             Some(course) => course.points.iter().for_each(|point| weaken(&point.nominal.mass)),
             None => (0..POSES).for_each(|k| weaken(&arm.mass_matrix(&pose(arm, k)))),
         }
+        let dropped = if course.is_some() { Vec::new() } else { dropped(arm, limits) };
         let effort_limit = std::array::from_fn(|joint| {
             let known = course.map_or(f64::INFINITY, |course| course.effort_limit[joint]);
             arm.joint_stop(joint).1.effort.min(limits.effort_limit[joint]).min(known)
         });
         let dry = (0..N).any(|joint| !arm.joint_friction(joint).is_none());
-        Self { mass, effort_limit, dry }
+        Self { mass, effort_limit, dry, dropped }
     }
 
     /// The choices of a controller of this arm.
@@ -127,6 +146,17 @@ impl<const N: usize> ArmFacts<N> {
         let effort_limit = self.effort_limit;
         Choices { gains, compensator, stiffness, effort_limit, course, start: None }
     }
+}
+
+/// Joints whose limit of the controller is below what gravity takes in some pose.
+fn dropped<const N: usize, A: Arm<N>>(arm: &A, limits: &Limits<N>) -> Vec<Finding> {
+    let gravity: Vec<_> = (0..POSES).map(|k| arm.gravity(&pose(arm, k))).collect();
+    let weak = |joint: usize| {
+        let need = gravity.iter().fold(0.0, |most: f64, it| most.max(it[joint].abs()));
+        let (limit, taken_by) = (limits.effort_limit[joint], "gravity in some poses");
+        (need > limit).then_some(Finding::WeakEffort { joint, limit, need, taken_by })
+    };
+    (0..N).filter_map(weak).collect()
 }
 
 /// Pose `k` of those that fill the ranges evenly: each joint turns by another irrational share.
@@ -160,7 +190,7 @@ impl<const N: usize> Design<'_, N> {
         not_empty("disturbance", disturbance.map_or(1, <[_]>::len))?;
         let mut findings = Vec::new();
         let learning = match (self.compensator, self.course) {
-            (Some(subject), Some(course)) => Some(Learning::new(subject, course, self.gains)?),
+            (Some(subject), Some(course)) => Some(Learning::new(subject, course)?),
             _ => None,
         };
         let xi_squared = self.xi_squared(learning.as_ref())?;
@@ -172,26 +202,43 @@ impl<const N: usize> Design<'_, N> {
         let Ok(mut joints) = <[JointReport; N]>::try_from(joints) else {
             return Err(Error::no_convergence("design report"));
         };
-        if xi_squared.is_none() {
-            findings.push(Finding::NeedsPath);
-        }
+        findings.extend(xi_squared.is_none().then_some(Finding::NeedsPath));
         let weakest = slowest(&joints);
         if let Some(course) = self.course {
             let judged = self.judge_loop(course, learning.as_ref(), &mut joints, weakest)?;
             findings.extend(judged);
         }
-        if !findings.iter().any(Finding::refuses) {
+        self.judge(&joints, weakest, xi_squared.as_ref(), learning.as_ref(), &mut findings)?;
+        Ok(Report { joints, learning, findings, left_out: self.left_out() })
+    }
+
+    /// What speaks against these figures, and against what was chosen.
+    fn judge(
+        &self,
+        joints: &[JointReport; N],
+        weakest: usize,
+        xi_squared: Option<&[f64; N]>,
+        learning: Option<&Learning<N>>,
+        findings: &mut Vec<Finding>,
+    ) -> Result<()> {
+        let settles = |findings: &[Finding]| !findings.iter().any(Finding::grows);
+        if settles(findings) {
+            let judged = |n: usize| self.course.is_none() || n == weakest;
+            let sampled = joints.iter().enumerate().filter(|(n, _)| judged(*n));
+            findings.extend(sampled.filter_map(|(n, report)| self.of_sampling(n, report)));
+        }
+        if settles(findings) {
+            findings.extend(self.course.and_then(|course| beyond(course, joints)));
             for (n, report) in joints.iter().enumerate() {
-                let judged = self.course.is_none() || n == weakest;
-                findings.extend(self.of_sampling(n, report).filter(|_| judged));
-                let design = self.joint(n, xi_squared.map(|it| it[n]), learning.as_ref());
+                let design = self.joint(n, xi_squared.map(|it| it[n]), learning);
                 findings.extend(design.inert(report)?);
             }
         }
         let choices = self.arm.choices(self.gains, self.compensator, self.course);
         findings.extend(choices.weak());
+        findings.extend(&self.arm.dropped);
         findings.extend(choices.findings()?);
-        Ok(Report { joints, learning, findings, left_out: self.left_out() })
+        Ok(())
     }
 
     /// |ξ|² of each joint: the largest along the path, or at zero if the rules see the error alone;
@@ -244,24 +291,12 @@ impl<const N: usize> Design<'_, N> {
         joints: &mut [JointReport; N],
         weakest: usize,
     ) -> Result<Option<Finding>> {
-        let Conditions { control_period, delay_samples, disturbance, .. } = *self.conditions;
-        let whole = |it: Option<&_>| SampledLoop::new(course, self.gains, it, delay_samples);
-        let alone = whole(None)?;
+        let Conditions { control_period: h, delay_samples, disturbance, .. } = *self.conditions;
         let guess = joints[weakest].max_period.max(1e-6);
-        let alone_longest = alone.max_period(guess)?;
-        let errors = alone.rms(control_period.min(WARN * alone_longest), alone_longest);
-        let [on_path, strongest, shaken] = match self.compensator.zip(learning) {
-            Some((subject, learning)) => {
-                self.integrators(course, subject, learning, &errors)?.map(Some)
-            }
-            None => [const { None }; 3],
-        };
-        // Some loops need their compensator to be stable: the smaller radius is the certain one.
-        let with = whole(on_path.as_ref())?;
-        let shaking = whole(shaken.as_ref())?.radius(control_period)?;
-        let radius = with.radius(control_period)?.min(shaking);
-        let max_period = whole(strongest.as_ref())?.max_period(guess)?;
-        let rms = [alone.rms(control_period, alone_longest), with.rms(control_period, max_period)];
+        let compensator = self.compensator.zip(learning);
+        let loops = Loops::new(course, self.gains, compensator, (h, delay_samples, guess))?;
+        let (radius, max_period) = (loops.radius(h)?, loops.max_period()?);
+        let rms = [loops.alone.rms(h, loops.alone_longest), loops.on_path.rms(h, max_period)];
         let measured = course.measured && disturbance.is_none();
         let lost = max_period == 0.0 && joints[weakest].max_period > 0.0;
         for (n, joint) in joints.iter_mut().enumerate() {
@@ -273,48 +308,12 @@ impl<const N: usize> Design<'_, N> {
         Ok(lost.then_some(Finding::Overwhelmed { joint: weakest }))
     }
 
-    /// The compensator on the path, where its rules fire most at the `errors` (RMS) that computed
-    /// torque alone has, and where the loop shakes.
-    fn integrators(
-        &self,
-        course: &Course<N>,
-        subject: &dyn Subject<N>,
-        learning: &Learning<N>,
-        errors: &[f64],
-    ) -> Result<[Integrators<N>; 3]> {
-        let adaptation = &subject.parameters().adaptation;
-        let of = |xi_squared: &[[f64; N]], factor: f64, pull: f64| {
-            let k_i = xi_squared.iter().map(|it| adaptation.integral_gains(it));
-            let k_i = k_i.map(|it| it.map(|k_i| factor * k_i)).collect();
-            Integrators { p: *subject.p(), k_i, leak_rate: adaptation.leak_rate + pull }
-        };
-        let on_path = &learning.xi_squared;
-        let known = if course.measured { crate::math::sqrt(2.0) } else { 0.0 };
-        let size = std::array::from_fn(|n| known * errors[n].min(MOST_ERROR));
-        let strongest = strongest(subject, &course.samples(), (&size, self.gains), on_path)?;
-        let least = adaptation.gain.iter().copied().fold(f64::INFINITY, f64::min);
-        let signal = shaking_signal(subject, self.gains, on_path);
-        let pull = least * adaptation.error_modification * signal;
-        let shaken = of(&learning.shaken, self.drive(course)?, pull);
-        Ok([of(on_path, 1.0, 0.0), of(&strongest, 1.0, 0.0), shaken])
-    }
-
-    /// What a dead zone leaves of the drive at the largest signal that there is to learn from.
-    fn drive(&self, course: &Course<N>) -> Result<f64> {
-        let Some(subject) = self.compensator.filter(|_| course.measured) else { return Ok(1.0) };
-        let dead_zone = subject.parameters().adaptation.dead_zone;
-        if dead_zone == 0.0 {
-            return Ok(1.0);
-        }
-        let signal = signal(subject, self.gains, course)?;
-        Ok((1.0 - dead_zone / signal).max(0.0))
-    }
-
     /// What the control period is to the longest stable one.
     fn of_sampling(&self, joint: usize, report: &JointReport) -> Option<Finding> {
         let JointReport { sampled_radius: radius, max_period, .. } = *report;
         let share = self.conditions.control_period / max_period;
-        if radius >= 1.0 {
+        let close = self.course.is_some() && CLOSE.contains(&share);
+        if radius >= 1.0 && !close {
             Some(Finding::Unstable { joint, radius, max_period })
         } else if share > REFUSE {
             Some(Finding::NoMargin { joint, share, max_period })
@@ -344,6 +343,18 @@ impl<const N: usize> Design<'_, N> {
         add(self.arm.dry, "dry friction, but as a part of what the model leaves out");
         left_out
     }
+}
+
+fn refused(findings: &[Finding]) -> bool {
+    findings.iter().any(Finding::refuses)
+}
+
+/// The joint that errs most, if that is too much for a linear model.
+fn beyond<const N: usize>(course: &Course<N>, joints: &[JointReport; N]) -> Option<Finding> {
+    let rms = |joint: &usize| joints[*joint].rms[1];
+    let joint = (0..N).max_by(|a, b| rms(a).total_cmp(&rms(b)))?;
+    let beyond = course.measured && joints[joint].max_period > 0.0 && rms(&joint) > MOST_RMS;
+    beyond.then_some(Finding::Beyond { joint, rms: rms(&joint) })
 }
 
 /// The joint whose longest stable period is the shortest.

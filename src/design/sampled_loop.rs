@@ -21,7 +21,7 @@ use crate::math::{Matrix, exp, ln};
 use crate::riccati::JointSolution;
 
 /// A radius this close to 1 is one of rounding: an integrator that is not driven.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING: f64 = 1e-12;
 /// A joint whose integrator moves less than this in a sample is without one.
 const DRIVEN: f64 = 1e-12;
 /// The search for the longest period grows by this factor, so often, and then bisects so often.
@@ -36,7 +36,12 @@ const TERMS: usize = 14;
 
 type Dynamic = DMatrix<f64>;
 
+/// A longest period counts if the loop is stable at these shares of it too: what grows at short
+/// periods does not grow for being sampled.
+const SHORTER: [f64; 3] = [1.0 / 4.0, 1.0 / 16.0, 1.0 / 64.0];
+
 /// What a compensator does to the loop: P, the integral gain at every point, and the leak.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Integrators<const N: usize> {
     pub p: [JointSolution; N],
     pub k_i: Vec<[f64; N]>,
@@ -175,6 +180,11 @@ impl SampledLoop {
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (good + bad);
             if stable(middle)? { good = middle } else { bad = middle }
+        }
+        for share in SHORTER {
+            if !stable(share * good)? {
+                return Ok(0.0);
+            }
         }
         Ok(good)
     }

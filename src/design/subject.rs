@@ -38,8 +38,8 @@ pub trait Subject<const N: usize> {
     /// Number of rules of a block; it may fit no integer.
     fn rules(&self) -> f64;
 
-    /// The smallest and the largest centre of each input, and its largest width.
-    fn reaches(&self) -> Vec<(f64, f64, f64)>;
+    /// Centre and width of each set of each input.
+    fn reaches(&self) -> Vec<Vec<(f64, f64)>>;
 
     /// The dictionary, and the number of states that it wants for samples in this order, up to one
     /// more than it holds; `None` without one.
@@ -108,7 +108,7 @@ impl<const N: usize> Subject<N> for FuzzyCompensator<N> {
         self.basis().block_rules() as f64
     }
 
-    fn reaches(&self) -> Vec<(f64, f64, f64)> {
+    fn reaches(&self) -> Vec<Vec<(f64, f64)>> {
         FuzzyBasis::reaches(self.basis()).collect()
     }
 
@@ -149,7 +149,7 @@ impl<const N: usize> Subject<N> for KernelCompensator<N> {
         self.basis().rules()
     }
 
-    fn reaches(&self) -> Vec<(f64, f64, f64)> {
+    fn reaches(&self) -> Vec<Vec<(f64, f64)>> {
         KernelBasis::reaches(self.basis()).collect()
     }
 

@@ -191,9 +191,9 @@ impl Axes {
         self.inputs
     }
 
-    /// The smallest and the largest centre of each input, and its largest width.
+    /// Centre and width of each set of each input.
     #[cfg(feature = "std")]
-    pub fn reaches(&self, numbers: &[f64]) -> impl Iterator<Item = (f64, f64, f64)> {
+    pub fn reaches(&self, numbers: &[f64]) -> impl Iterator<Item = Vec<(f64, f64)>> {
         (0..self.inputs).map(|input| self.sets_of(numbers, input).reach())
     }
 

@@ -150,9 +150,9 @@ impl<B: Buffer> FuzzyBasis<B> {
         if self.layout.blocks == 1 { 0 } else { n }
     }
 
-    /// The smallest and the largest centre of each input, and its largest width.
+    /// Centre and width of each set of each input.
     #[cfg(feature = "std")]
-    pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+    pub(crate) fn reaches(&self) -> impl Iterator<Item = Vec<(f64, f64)>> {
         self.axes.reaches(self.numbers.as_slice())
     }
 

@@ -105,9 +105,9 @@ impl<B: Buffer> KernelBasis<B> {
         Ok(self.kernel_of(left, right))
     }
 
-    /// The smallest and the largest centre of each input, and its largest width.
+    /// Centre and width of each set of each input.
     #[cfg(feature = "std")]
-    pub(crate) fn reaches(&self) -> impl Iterator<Item = (f64, f64, f64)> {
+    pub(crate) fn reaches(&self) -> impl Iterator<Item = Vec<(f64, f64)>> {
         self.axes.reaches(self.numbers.as_slice())
     }
 

@@ -40,12 +40,11 @@ impl<'a> Sets<'a> {
         fnv_of(centers, self.inverse_widths.iter().copied())
     }
 
-    /// The smallest and the largest centre, and the largest width.
+    /// Centre and width of each set.
     #[cfg(feature = "std")]
-    pub fn reach(&self) -> (f64, f64, f64) {
-        let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = self.centers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        (least(self.centers), largest, 1.0 / least(self.inverse_widths))
+    pub fn reach(&self) -> Vec<(f64, f64)> {
+        let sets = self.centers.iter().zip(self.inverse_widths);
+        sets.map(|(center, inverse)| (*center, 1.0 / inverse)).collect()
     }
 
     /// Writes the memberships of x, normalised to sum 1 or raw, to every `stride`th entry. No NaN

@@ -106,11 +106,12 @@ fn report<'py, const N: usize>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let course = along.course(tracker, false)?;
     let report = tracker.report(course.as_ref(), conditions)?;
-    let (known, sound) = (report.known(), report.sound());
+    let (known, sound, verdict) = (report.known(), report.sound(), report.verdict());
     let Report { joints, learning, findings, left_out } = report;
     let dict = figures(py, &joints)?;
     dict.set_item("known", known)?;
     dict.set_item("sound", sound)?;
+    dict.set_item("verdict", verdict)?;
     dict.set_item("findings", words(&findings))?;
     dict.set_item("left_out", left_out)?;
     let Some(Learning { directions, rules_excited, survives, rules, .. }) = learning else {

@@ -87,7 +87,19 @@ BROKEN = {
         "projection_radius: 0.05 is below what is to be learnt",
     ),
     "dictionary": ({"fuzzy": KERNEL, "width": 0.05}, "dictionary: 12 states are too few"),
+    "dictionary_of_error": (
+        {"inputs": "error", "kp": 5.0, "kv": 4.5, "fuzzy": KERNEL | {"dictionary": 1, "q": 0.5}},
+        "dictionary: 1 states are too few",
+    ),
     "centers": ({"offset": 6.0}, "centers: the input q_d of joint"),
+    "centers_apart": (
+        {"centers": [-3.0, -2.5, 2.5, 3.0], "width": 0.3},
+        "centers: the input q_d of joint",
+    ),
+    "narrow_sets": (
+        {"centers": [-3.0, -1.4, 1.4, 3.0], "width": 0.1, "inputs": "trajectory"},
+        "centers: the input q_d of joint",
+    ),
     "centers_of_error": (
         {"inputs": "error", "centers": [3.0, 4.0, 5.0]},
         "centers: the input e of joint",
@@ -113,6 +125,7 @@ SOUND = {
     "small_dead_zone": {"fuzzy": {"dead_zone": 1e-3}},
     "wide_ball": {"fuzzy": {"projection_radius": 1e3}},
     "wide_dictionary": {"fuzzy": KERNEL | {"dictionary": 400}},
+    "dictionary_of_error": {"inputs": "error", "fuzzy": KERNEL | {"dictionary": 40}},
     "coarse_dictionary": {"fuzzy": KERNEL | {"dictionary": 60, "merge_tolerance": 0.1}},
     "near_start": {"q0": [0.0, 0.0]},
     "strong": {"limit": 200.0, "plant_limit": 200.0},
@@ -208,6 +221,16 @@ def test_gravity_above_the_limit_is_told_from_a_path_that_is_too_fast() -> None:
     moved = Scene(limit=[0.05, 1e3]).findings()
     assert any("joint 1" in f and "the path takes" in f for f in moved)
     assert not any("effort_limit" in f for f in Scene(limit=[1e3, 3.0 * held]).findings())
+
+
+def test_without_a_path_gravity_is_held_against_the_limit_over_poses() -> None:
+    panda = sa.Serial.shipped("panda")
+    most = np.full(7, 87.0)
+    for limit in (None, most, np.array([87.0] * 4 + [12.0] * 3)):
+        assert not sa.design(sa.ComputedTorque(panda, 100.0, 20.0, effort_limit=limit)).findings
+    most[1] = 5.0
+    (said,) = sa.design(sa.ComputedTorque(panda, 100.0, 20.0, effort_limit=most)).findings
+    assert said.startswith("effort_limit: joint 2 has 5.0000 N·m, and gravity in some poses takes")
 
 
 @pytest.mark.parametrize("capacity", [8, 30, 120, 400])

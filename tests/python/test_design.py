@@ -255,3 +255,30 @@ def test_a_compensator_that_learns_slowly_is_told_from_an_inert_one() -> None:
     scene = sa.paper.simulation(3, "claimed", form="concat", gain=0.1)
     findings = sa.design(scene.tracker, path=scene.reference, plant=scene.plant).findings
     assert any("inert" in f for f in findings) and "learns" not in " ".join(findings)
+
+
+def test_what_a_linear_model_cannot_tell_is_said_to_be_so() -> None:
+    """A rod that stands, twice as heavy as believed: kp M₀ must hold ΔK = ½ m g l, the gravity that
+    the model lacks, so kp > 37.4 1/s²; and near that the error is wide."""
+    rod = sa.Serial.from_dh(
+        a=[0.4], alpha=[0.0], d=[0.0], mass=[4.0], com=[[-0.2, 0.0, 0.0]],
+        inertia=[[0.01, 0.05, 0.05]], gravity=[0.0, -9.81, 0.0],
+    )  # fmt: skip
+    light = rod.with_parameters(0.5 * rod.inertial_parameters())
+    edge = 0.5 * 4.0 * 9.81 * 0.2 / (0.5 * 0.21)
+    path, plant = sa.Sines(1.0, 0.1, 0.0, np.pi / 2 + 0.2), sa.Plant(rod)
+    for times, words in (
+        (0.8, "grows at any control period"),
+        (1.1, "predicted error of"),
+        (9, ""),
+    ):
+        kp = times * edge
+        for period in (1e-4, 1e-3, 1e-2):
+            tracker = sa.ComputedTorque(light, kp, 2.0 * np.sqrt(kp))
+            report = sa.design(tracker, period, path=path, plant=plant)
+            known = not words
+            assert report.known == report.sound == known, report.findings
+            assert report.verdict == ("go ahead" if known else "cannot tell from a linear model")
+            assert known or words in " ".join(report.findings)
+            assert (report.max_period > 0.0).all() == (times > 1.0)
+            assert "too slow" not in str(report) and "-inf" not in str(report)

@@ -171,7 +171,7 @@ def _lap(along: sa.Sines) -> float:
 
 
 SOUND = ("sound", "sound, warned of")
-CALLED = (*SOUND, "refused: no margin", "refused: unstable")
+CALLED = (*SOUND, "cannot tell", "refused: no margin", "refused: unstable")
 """What a design may be called."""
 
 
@@ -189,6 +189,11 @@ class Outcome:
     finished: bool
 
     @property
+    def share(self) -> float | None:
+        """The control period, over the longest stable one; None if there is none."""
+        return self.control_period / self.longest if self.longest > 0.0 else None
+
+    @property
     def diverged(self) -> bool:
         far = self.late > LOST and self.rms > WELL * self.rms_fine
         far |= self.late > SEEN and self.rms > WORSE * self.rms_fine
@@ -200,7 +205,9 @@ class Outcome:
 
     @property
     def called(self) -> str:
-        if self.report.sampled_radius.max() >= 1.0:
+        if self.report.verdict == "cannot tell from a linear model":
+            return "cannot tell"
+        if "it will be unstable" in " ".join(self.report.findings):
             return "refused: unstable"
         if not self.report.sound:
             return "refused: no margin"
@@ -214,7 +221,7 @@ class Outcome:
             "called": self.called,
             "control_period": f"{self.control_period:.6g}",
             "longest": f"{self.longest:.6g}",
-            "radius": f"{self.report.sampled_radius.max():.6g}",
+            "radius": f"{self.report.sampled_radius.max():.9g}",
             "rms": f"{self.rms:.4g}",
             "rms_fine": f"{self.rms_fine:.4g}",
             "rms_predicted": f"{np.sqrt((self.report.rms**2).mean()):.4g}",
@@ -225,10 +232,16 @@ class Outcome:
 
 
 def judged(seed: int) -> Outcome | None:
-    """Judge a design and run it; None if its loop is stable at no period, or beyond 1 s."""
+    """Judge a design and run it; None if its longest stable period is beyond 1 s, or below 10 µs.
+
+    One that is stable at no period runs at 1 ms, and in fine steps of 0.2 ms.
+    """
     chosen = design(seed)
     first = chosen.report(1e-3)
     longest = float(first.max_period.min())
+    if longest == 0.0:
+        (rms, late, finished), (rms_fine, _, _) = (run(chosen, h, 1.0) for h in (1e-3, 2e-4))
+        return Outcome(chosen, first, 0.0, 1e-3, rms, rms_fine, late, finished)
     if not 1e-5 < longest < 1.0:
         return None
     rng = np.random.default_rng([seed, 1])
