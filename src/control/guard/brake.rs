@@ -1,5 +1,5 @@
 //! Bringing an arm to rest: PD about a set-point that slows down, weighted with the believed
-//! inertia, plus the torque that carries the arm, `τ = G(q) − M₀(q)(p² (q − q_r) + 2p (q̇ − q̇_r))`.
+//! inertia, plus the torque that carries the arm, `τ = G(q) − M₀(q)(p² e + 2p ė)`.
 
 use crate::error::{Result, accepted};
 use crate::math::Vector;

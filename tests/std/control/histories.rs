@@ -192,7 +192,7 @@ fn refused<C: Subject>(controller: &Controller<C>, state: &mut State<2, C::Own>,
         2 => controller.step(state, &fine, &fine, &Setpoint::at_rest(bad), 1e-3),
         3 => controller.step(state, &fine, &fine, &rest, 0.0),
         4 => controller.step(state, &fine, &fine, &rest, f64::NAN),
-        5 => controller.step_after(state, Some(&bad), &fine, &fine, &rest, 1e-3),
+        5 => controller.step_after(state, Some(&(bad * f64::NAN)), &fine, &fine, &rest, 1e-3),
         _ => controller.step(state, &fine, &fine, &rest, 2.0),
     };
     assert!(refusal.is_err());
