@@ -125,15 +125,17 @@ impl<const N: usize> Choices<'_, N> {
     }
 }
 
+const GRAVITY: &str = "gravity alone";
+
 fn weak_effort<const N: usize>(course: &Course<N>, joint: usize) -> Option<Finding> {
     let limit = course.effort_limit[joint];
     let largest = |value: fn(&super::Local<N>) -> &Vector<N>| {
         course.points.iter().fold(0.0, |most: f64, it| most.max(value(&it.actual)[joint].abs()))
     };
-    let needs =
-        [(largest(|it| &it.gravity), "gravity alone"), (largest(|it| &it.torque), "the path")];
+    let needs = [(largest(|it| &it.gravity), GRAVITY), (largest(|it| &it.torque), "the path")];
     let (need, taken_by) = needs.into_iter().find(|(need, _)| *need > limit * (1.0 + ROUNDING))?;
-    Some(Finding::WeakEffort { joint, limit, need, taken_by })
+    let sags = taken_by == GRAVITY;
+    Some(Finding::WeakEffort { joint, sags, limit, need, taken_by })
 }
 
 /// The worst joint of every signal.

@@ -2,6 +2,8 @@
 
 use core::fmt;
 
+use super::figure::Figure;
+
 /// Something to know before going ahead. Joints count from 0, and from 1 in the words.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Finding {
@@ -144,6 +146,8 @@ pub enum Finding {
     WeakEffort {
         /// Joint, from 0.
         joint: usize,
+        /// Whether it cannot even be carried on its path.
+        sags: bool,
         /// The smaller of controller's and plant's [N·m].
         limit: f64,
         /// What it takes [N·m].
@@ -156,12 +160,22 @@ pub enum Finding {
 impl Finding {
     /// Whether one should not go ahead.
     pub fn refuses(&self) -> bool {
-        matches!(self, Self::Unstable { .. } | Self::NoMargin { .. } | Self::Divergent { .. })
+        matches!(
+            self,
+            Self::Unstable { .. }
+                | Self::NoMargin { .. }
+                | Self::Divergent { .. }
+                | Self::WeakEffort { sags: true, .. }
+        )
     }
 
     /// Whether the loop has no steady error to judge.
     pub(super) fn grows(&self) -> bool {
-        self.refuses() || matches!(self, Self::Overwhelmed { .. })
+        match self {
+            Self::WeakEffort { .. } => false,
+            Self::Overwhelmed { .. } => true,
+            _ => self.refuses(),
+        }
     }
 
     /// Whether it leaves open what the loop does.
@@ -217,22 +231,24 @@ impl Finding {
     fn of_learning(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
             Self::Inert { joint, k_i, removes, suggested_gain, learns_in } => {
-                let (number, percent) = (joint + 1, 100.0 * removes);
+                let (number, percent) = (joint + 1, Figure(100.0 * removes));
                 if let Some(time) = learns_in {
                     return write!(
                         f,
                         "joint {number}: the compensator learns slowly: at first it removes \
-                         {percent:.1} % of the error, and to learn the path takes it some \
-                         {time:.0} s; a higher gain is faster"
+                         {percent} % of the error, and to learn the path takes it some \
+                         {time} s; a higher gain is faster",
+                        time = Figure(time)
                     );
                 }
                 write!(
                     f,
-                    "joint {number}: the compensator is inert: with k_I = {k_i:.3} it removes \
-                     {percent:.1} % of the error"
+                    "joint {number}: the compensator is inert: with k_I = {k_i} it removes \
+                     {percent} % of the error",
+                    k_i = Figure(k_i)
                 )?;
                 match suggested_gain {
-                    Some(gain) => write!(f, "; a gain of about {gain:.3} removes 90 %"),
+                    Some(gain) => write!(f, "; a gain of about {} removes 90 %", Figure(gain)),
                     None => f.write_str(
                         "; no gain that this control period allows removes 90 %: raise kp and kv, \
                          or sample faster",
@@ -317,13 +333,15 @@ impl Finding {
         match *self {
             Self::DeadZone { dead_zone, signal } => write!(
                 f,
-                "dead_zone: {dead_zone} is above the signal (|B'Px| stays below {signal:.3} \
-                 without the compensator), so nothing is learnt: lower dead_zone"
+                "dead_zone: {dead_zone} is above the signal (|B'Px| stays below {signal} without \
+                 the compensator), so nothing is learnt: lower dead_zone",
+                signal = Figure(signal)
             ),
             Self::SmallBall { radius, need } => write!(
                 f,
-                "projection_radius: {radius} is below what is to be learnt (|W| of {need:.3} at \
-                 least): raise projection_radius"
+                "projection_radius: {radius} is below what is to be learnt (|W| of {need} at \
+                 least): raise projection_radius",
+                need = Figure(need)
             ),
             Self::SmallDictionary { capacity } => write!(
                 f,
@@ -348,7 +366,7 @@ impl Finding {
                  from q0",
                 joint + 1
             ),
-            Self::WeakEffort { joint, limit, need, taken_by } => write!(
+            Self::WeakEffort { joint, limit, need, taken_by, .. } => write!(
                 f,
                 "effort_limit: joint {} has {limit:.4} N·m, and {taken_by} takes {need:.4}: raise \
                  it, or choose a slower path or another pose",

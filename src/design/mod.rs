@@ -14,6 +14,8 @@ mod course;
 #[cfg(feature = "std")]
 mod excursions;
 #[cfg(feature = "std")]
+mod figure;
+#[cfg(feature = "std")]
 mod finding;
 #[cfg(feature = "std")]
 mod joint_design;

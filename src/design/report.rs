@@ -154,7 +154,8 @@ fn dropped<const N: usize, A: Arm<N>>(arm: &A, limits: &Limits<N>) -> Vec<Findin
     let weak = |joint: usize| {
         let need = gravity.iter().fold(0.0, |most: f64, it| most.max(it[joint].abs()));
         let (limit, taken_by) = (limits.effort_limit[joint], "gravity in some poses");
-        (need > limit).then_some(Finding::WeakEffort { joint, limit, need, taken_by })
+        let weak = Finding::WeakEffort { joint, sags: false, limit, need, taken_by };
+        (need > limit).then_some(weak)
     };
     (0..N).filter_map(weak).collect()
 }

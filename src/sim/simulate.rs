@@ -89,9 +89,9 @@ where
     R: Reference<N>,
 {
     if let Some((guard, _)) = &guarding {
-        let period = options.control_period.unwrap_or(0.0);
         let same = |period: f64| (period / guard.control_period - 1.0).abs() < SAME_PERIOD;
-        within("control_period", &[period], same, "the period of the guard")?;
+        let wanted = "the period of the guard; a guarded controller is a sampled one";
+        within("control_period", &[options.control_period.unwrap_or(0.0)], same, wanted)?;
     }
     let (steps, hold) = options.steps()?;
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };

@@ -70,7 +70,7 @@ impl<const N: usize> GuardMemory<N> {
     }
 
     /// Counts from zero again.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "python")]
     pub(crate) fn recount(&mut self) {
         self.counts = [0; Event::ALL.len()];
     }
