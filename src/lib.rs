@@ -25,6 +25,7 @@
 //! |---|---|
 //! | [`arm`] | dynamics: [`arm::Arm`], [`arm::TwoLink`], [`arm::Serial`] for any chain |
 //! | [`control`] | [`control::Controller`]: a law, a compensator, limits |
+//! | [`laws`] | rivals: the control laws of the field, for any arm |
 //! | [`fuzzy`] | the basis ξ(x), and as a plain function approximator |
 //! | [`riccati`] | the equations for P, certified or refused |
 //! | [`design`] | what a design will do, before it runs |
@@ -52,6 +53,7 @@ pub mod design;
 pub mod eigen;
 pub mod error;
 pub mod fuzzy;
+pub mod laws;
 pub mod math;
 pub mod paper;
 pub mod plant;

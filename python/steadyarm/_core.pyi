@@ -724,16 +724,20 @@ class ComputedTorque:
         """
     @property
     def tau_model(self) -> _Array | None:
-        """M₀v + H₀ of the latest step [N·m], (n,); None before it."""
+        """M₀v + H₀ of the latest step [N·m], (n,); None before it, and after a load."""
     @property
     def tau_compensation(self) -> _Array | None:
-        """-M₀ρ̂ of the latest step [N·m], (n,); None before it."""
+        """-M₀ρ̂ of the latest step [N·m], (n,); None before it, and after a load."""
     @property
     def rho_hat(self) -> _Array | None:
-        """ρ̂ of the latest step [rad/s²], (n,); None before it."""
+        """ρ̂ of the latest step [rad/s²], (n,); None before it, and after a load."""
     @property
     def limited(self) -> bool:
-        """Whether a limit cut the latest torque; nothing is learnt from its period then."""
+        """Whether a limit cut the latest torque; nothing is learnt from its period then.
+
+        False before a step, and after a load.
+        """
+
     @property
     def steps(self) -> int:
         """Number of samples accepted."""

@@ -8,6 +8,7 @@
 mod factor;
 mod friction;
 mod implicit;
+mod parametric;
 mod posed;
 mod resistance;
 mod serial;
@@ -16,6 +17,7 @@ mod two_link;
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;
+pub use parametric::{Parametric, Regressor};
 pub(crate) use posed::Posed;
 pub(crate) use resistance::Resistance;
 #[cfg(feature = "std")]

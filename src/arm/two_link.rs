@@ -127,6 +127,12 @@ impl TwoLink {
         self.theta
     }
 
+    /// Gravity torques [N·m]: of the first link with the second one's mass at its tip, and of the
+    /// second link.
+    pub fn weight(&self) -> [f64; 2] {
+        self.weight
+    }
+
     /// Poses of the joints' frames in the base: x along the link, z along the joints' axes.
     pub fn link_poses(&self, q: &Vector<2>) -> [Pose; 2] {
         let shoulder = planar(q[0], Vector::<3>::zeros());

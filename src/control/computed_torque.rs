@@ -4,11 +4,23 @@
 //! v = q̈_d − K_v ė − K_p e
 //! τ = M₀(q)(v − ρ̂) + H₀(q, q̇) = (M₀ v + H₀) − M₀ ρ̂        (7), (11), (12)
 //! ```
+//!
+//! v is the paper's feedback. With another [`Feedback`] the law is another one of the same family.
 
 use super::{Demand, Law, Sample};
 use crate::arm::{Arm, JointFriction};
 use crate::error::{Result, positive};
 use crate::math::{FNV_START, Vector, fnv_of};
+
+/// What computed torque asks the arm to do: the acceleration v for a sample. It remembers nothing;
+/// an integrator is a [`Dynamic`](super::Dynamic) that adds its share to ρ̂.
+pub trait Feedback<const N: usize> {
+    /// v [rad/s²].
+    fn acceleration(&self, seen: &Sample<N>) -> Vector<N>;
+
+    /// A number for its parameters: see [`Law::tuning`].
+    fn tuning(&self) -> u64;
+}
 
 /// Feedback gains of each joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,33 +42,40 @@ impl<const N: usize> Gains<N> {
         positive("kv", &kv)?;
         Ok(Self { kp, kv })
     }
+}
 
+impl<const N: usize> Feedback<N> for Gains<N> {
     /// v = q̈_d − K_v ė − K_p e [rad/s²].
     #[inline]
-    pub fn acceleration(&self, sample: &Sample<N>) -> Vector<N> {
-        let Sample { desired, e, de, .. } = sample;
+    fn acceleration(&self, seen: &Sample<N>) -> Vector<N> {
+        let Sample { desired, e, de, .. } = seen;
         Vector::from_fn(|n, _| desired.ddq[n] - self.kv[n] * de[n] - self.kp[n] * e[n])
+    }
+
+    /// FNV-1a of the gains.
+    fn tuning(&self) -> u64 {
+        fnv_of(fnv_of(FNV_START, self.kp), self.kv)
     }
 }
 
-/// The law: nominal arm and gains. Immutable.
+/// The law: nominal arm and feedback. Immutable.
 #[derive(Clone, Copy, Debug)]
-pub struct ComputedTorque<const N: usize, A> {
+pub struct ComputedTorque<const N: usize, A, F = Gains<N>> {
     /// What the law believes of the arm.
     pub arm: A,
-    /// Feedback gains.
-    pub gains: Gains<N>,
+    /// Feedback, by default with constant gains.
+    pub gains: F,
 }
 
-impl<const N: usize, A: Arm<N>> ComputedTorque<N, A> {
+impl<const N: usize, A: Arm<N>, F: Feedback<N>> ComputedTorque<N, A, F> {
     /// Computed torque for this arm; [`Controller::new`](super::Controller::new) makes a controller
     /// of it.
-    pub fn new(arm: A, gains: Gains<N>) -> Self {
+    pub fn new(arm: A, gains: F) -> Self {
         Self { arm, gains }
     }
 }
 
-impl<const N: usize, A: Arm<N>> Law<N> for ComputedTorque<N, A> {
+impl<const N: usize, A: Arm<N>, F: Feedback<N>> Law<N> for ComputedTorque<N, A, F> {
     #[inline(always)]
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N> {
         let (mass, bias) = self.arm.mass_matrix_and_bias(&seen.q, &seen.dq);
@@ -88,9 +107,7 @@ impl<const N: usize, A: Arm<N>> Law<N> for ComputedTorque<N, A> {
         self.arm.fingerprint()
     }
 
-    /// FNV-1a of the gains.
     fn tuning(&self) -> u64 {
-        let Gains { kp, kv } = self.gains;
-        fnv_of(fnv_of(FNV_START, kp), kv)
+        self.gains.tuning()
     }
 }

@@ -213,17 +213,6 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         &mut state.compensator
     }
 
-    /// What the last step returned, worked out again from the period that is pending; `None` if
-    /// none is. With what a guard sent in place of the torque, if there was one.
-    pub fn recall<S>(&self, state: &mut State<N, S>) -> Option<Command<N>>
-    where
-        C: Compensator<N, S>,
-    {
-        let Pending { sample, applied, .. } = state.pending?;
-        let command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
-        Some(Command { tau: applied.tau, limited: applied.limited(), ..command })
-    }
-
     /// What the rate limit counts from: the torque commanded last, or the torque at take-over.
     #[inline]
     fn last_tau<S>(&self, state: &State<N, S>, q: &Vector<N>) -> Result<Option<Vector<N>>> {

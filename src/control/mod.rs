@@ -30,7 +30,7 @@ pub use crate::fuzzy::Buffer;
 pub use adaptation::Adaptation;
 pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
-pub use computed_torque::{ComputedTorque, Gains};
+pub use computed_torque::{ComputedTorque, Feedback, Gains};
 #[cfg(feature = "std")]
 pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};

@@ -138,7 +138,7 @@ impl<const N: usize> Tracker<N> {
         } else {
             controller.restore(state, bytes)
         }?;
-        self.latest = controller.recall(state);
+        self.latest = None;
         Ok(origin)
     }
 

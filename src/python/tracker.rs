@@ -183,25 +183,27 @@ impl PyComputedTorque {
         })
     }
 
-    /// M₀v + H₀ of the latest step [N·m], (n,); None before it.
+    /// M₀v + H₀ of the latest step [N·m], (n,); None before it, and after a load.
     #[getter]
     fn tau_model(&self) -> Option<Array<1>> {
         each!(&self.trackers, Trackers, it => it.latest.map(|it| it.model.into()))
     }
 
-    /// -M₀ρ̂ of the latest step [N·m], (n,); None before it.
+    /// -M₀ρ̂ of the latest step [N·m], (n,); None before it, and after a load.
     #[getter]
     fn tau_compensation(&self) -> Option<Array<1>> {
         each!(&self.trackers, Trackers, it => it.latest.map(|it| it.compensation.into()))
     }
 
-    /// ρ̂ of the latest step [rad/s²], (n,); None before it.
+    /// ρ̂ of the latest step [rad/s²], (n,); None before it, and after a load.
     #[getter]
     fn rho_hat(&self) -> Option<Array<1>> {
         each!(&self.trackers, Trackers, it => it.latest.map(|it| it.rho_hat.into()))
     }
 
     /// Whether a limit cut the latest torque; nothing is learnt from its period then.
+    ///
+    /// False before a step, and after a load.
     #[getter]
     fn limited(&self) -> bool {
         each!(&self.trackers, Trackers, it => it.latest.is_some_and(|it| it.limited))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import pickle
 from typing import Any
 
@@ -146,17 +145,3 @@ def test_a_torque_that_a_step_gave_may_be_told() -> None:
     assert np.abs(tau).max() > 1e10
     controller.step(ZERO, ZERO, ZERO, ZERO, ZERO, 1e-3, applied=tau)
     assert controller.steps == 2
-
-
-@pytest.mark.parametrize("limit", [None, 0.5])
-def test_a_copy_says_of_the_latest_step_what_the_original_says(limit: float | None) -> None:
-    for kind in ({}, {"dictionary": 16}):
-        basis = sa.FuzzyBasis("grid", (-1, 0, 1), 0.5)
-        compensator = sa.FuzzyCompensator(basis, gain=70.0, **kind)
-        controller = sa.ComputedTorque(nominal(), 100, 20, compensator, effort_limit=limit)
-        for sample in samples(20):
-            controller.step(*sample, 1e-3)
-        for same in (copy.copy(controller), pickle.loads(pickle.dumps(controller))):
-            assert same.limited == controller.limited == (limit is not None)
-            for name in ("tau_model", "tau_compensation", "rho_hat"):
-                np.testing.assert_array_equal(getattr(same, name), getattr(controller, name))

@@ -185,7 +185,7 @@ def test_saved_tracker_goes_on_with_the_same_bits(make: Any, tmp_path: Path) -> 
     drive(other, samples(7, seed=5))
     other.load(str(path))
     assert other.steps == 100
-    np.testing.assert_array_equal(other.tau_model, controller.tau_model)
+    assert other.tau_model is None
     ahead = samples(1000, seed=2)
     assert drive(other, ahead).tobytes() == drive(controller, ahead).tobytes()
     assert os.listdir(tmp_path) == ["state"]

@@ -28,6 +28,7 @@ mod examples;
 mod fuzzy;
 mod golden;
 mod kernel;
+mod laws;
 mod no_std_twin;
 mod reference;
 mod riccati;

@@ -58,17 +58,44 @@ impl<const N: usize> Serial<N> {
         out: &mut [f64],
     ) -> Result<()> {
         length("out", out.len(), PER_LINK * N * N)?;
+        out.fill(0.0);
+        self.each_entry(q, dq, ddq, self.upward(), |n, k, y| out[n * PER_LINK * N + k] = y);
+        Ok(())
+    }
+
+    /// Adds Y(q, q̇, q̇_r, q̈_r) with Christoffel's C entry by entry, joint and parameter.
+    ///
+    /// C(q, u) w is symmetric in u and w: a quarter of the difference of r(u + w) and r(u − w).
+    pub(in crate::arm) fn add_slotine_li(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        dq_r: &Vector<N>,
+        ddq_r: &Vector<N>,
+        mut add: impl FnMut(usize, usize, f64),
+    ) {
+        let (still, flat) = (Vector::zeros(), V3::ZERO);
+        self.each_entry(q, &still, ddq_r, self.upward(), &mut add);
+        self.each_entry(q, &(dq + dq_r), &still, flat, |n, k, y| add(n, k, 0.25 * y));
+        self.each_entry(q, &(dq - dq_r), &still, flat, |n, k, y| add(n, k, -0.25 * y));
+    }
+
+    /// The entries of Y(q, q̇, q̈) that are not zero for every motion, for a base that accelerates
+    /// by `upward`.
+    fn each_entry(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        ddq: &Vector<N>,
+        upward: V3,
+        mut entry: impl FnMut(usize, usize, f64),
+    ) {
         let chain = &self.chain;
         let turns = chain.turns(q);
-        let motions = self.motions(&turns, dq, ddq);
-        for (i, row) in out.chunks_exact_mut(PER_LINK * N).enumerate() {
+        let motions = self.motions(&turns, dq, ddq, upward);
+        for i in 0..N {
             let (mut w, mut v) = (V3::ZERO, V3::ZERO);
-            let cells = row.chunks_exact_mut(PER_LINK).enumerate();
-            for (j, cell) in cells {
-                if j < i {
-                    cell.fill(0.0);
-                    continue;
-                }
+            for j in i..N {
                 if j > i {
                     v = turns[j].outward(v + w.cross(turns[j].p));
                     w = turns[j].outward(w);
@@ -78,10 +105,10 @@ impl<const N: usize> Serial<N> {
                     v.z = 1.0;
                 }
                 let user = &chain.joints[j].user;
-                cell.copy_from_slice(&motions[j].torques(w.rotated(user), v.rotated(user)));
+                let torques = motions[j].torques(w.rotated(user), v.rotated(user));
+                torques.iter().enumerate().for_each(|(k, y)| entry(i, PER_LINK * j + k, *y));
             }
         }
-        Ok(())
     }
 
     /// π, 10 a link, into `out`.
@@ -101,9 +128,10 @@ impl<const N: usize> Serial<N> {
         turns: &[super::space::Turn; N],
         dq: &Vector<N>,
         ddq: &Vector<N>,
+        upward: V3,
     ) -> [LinkMotion; N] {
         let mut motions = [LinkMotion { w: V3::ZERO, dw: V3::ZERO, a: V3::ZERO }; N];
-        let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, self.upward());
+        let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, upward);
         for i in 0..N {
             let (joint, turn) = (&self.chain.joints[i], &turns[i]);
             a = turn.outward(a + Spread::new(w, dw).at(turn.p));

@@ -14,7 +14,7 @@ const FLOORS: [&[&str]; 7] = [
     &["error", "math", "eigen"],
     &["riccati", "fuzzy", "reference", "arm"],
     &["control", "plant", "robot"],
-    &["sim", "design"],
+    &["sim", "design", "laws"],
     &["paper"],
     &["scenario"],
     &["python"],

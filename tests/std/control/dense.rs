@@ -1,7 +1,7 @@
 //! Rank-one updates against a dense integration of (q, q̇, W), weight by weight.
 
 use crate::common::{self, Adaptive, FORMS, Random, everything, fresh, law, learnt, modified, on};
-use steadyarm::control::{Adaptation, Inputs, Signal};
+use steadyarm::control::{Adaptation, Feedback, Inputs, Signal};
 use steadyarm::fuzzy::Form;
 use steadyarm::math::Vector;
 use steadyarm::reference::{Reference, Setpoint};

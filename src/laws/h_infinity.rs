@@ -1,0 +1,62 @@
+//! Nonlinear H∞: `v = q̈_d − K_v ė − K_p e − BᵀPx/r`, P from
+//! `AᵀP + PA + Q − (2/r − γ⁻²) P B BᵀP = 0`.
+//!
+//! The robust term BᵀPx/r is the one that the paper's law leaves out. For `r ≤ 2γ²` there is a P
+//! for every Q. Source: Chen, Lee, Chang 1996; Chen, Lee, Feng 1994.
+
+use crate::control::{Feedback, Gains, Sample};
+use crate::error::{Result, positive};
+use crate::math::{Vector, fnv_of};
+use crate::riccati::{JointSolution, joint, joint_lqr};
+
+/// Feedback with a robust term.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HInfinity<const N: usize> {
+    gains: Gains<N>,
+    p: [JointSolution; N],
+    r: f64,
+}
+
+impl<const N: usize> HInfinity<N> {
+    /// The feedback with `q` on the diagonal of Q, for the attenuation level `gamma` and the weight
+    /// `r` of the control.
+    ///
+    /// # Errors
+    /// `q`, `gamma`, `r`: not finite or not > 0; `NoStabilizingSolution` where r > 2γ² and Q is too
+    /// large.
+    pub fn new(gains: Gains<N>, q: f64, gamma: f64, r: f64) -> Result<Self> {
+        positive("q", &[q])?;
+        positive("gamma", &[gamma])?;
+        positive("r", &[r])?;
+        let push = 2.0 / r - 1.0 / (gamma * gamma);
+        let mut p = [JointSolution::default(); N];
+        for (n, p) in p.iter_mut().enumerate() {
+            let (kp, kv) = (gains.kp[n], gains.kv[n]);
+            *p = if push > 0.0 {
+                joint_lqr(kp, kv, q, q, 1.0 / push)?
+            } else if push == 0.0 {
+                joint(kp, kv, q, q, f64::INFINITY)?
+            } else {
+                joint(kp, kv, q, q, crate::math::sqrt(-1.0 / push))?
+            };
+        }
+        Ok(Self { gains, p, r })
+    }
+
+    /// P of each joint.
+    pub fn p(&self) -> &[JointSolution; N] {
+        &self.p
+    }
+}
+
+impl<const N: usize> Feedback<N> for HInfinity<N> {
+    fn acceleration(&self, seen: &Sample<N>) -> Vector<N> {
+        let s = Vector::from_fn(|n, _| self.p[n].p12 * seen.e[n] + self.p[n].p22 * seen.de[n]);
+        self.gains.acceleration(seen) - s / self.r
+    }
+
+    fn tuning(&self) -> u64 {
+        let entries = self.p.iter().flat_map(|p| [p.p12, p.p22]);
+        fnv_of(fnv_of(self.gains.tuning(), entries), [self.r])
+    }
+}

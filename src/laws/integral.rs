@@ -1,0 +1,53 @@
+//! The integral of computed torque with PID: `ρ̂ = K_I z`, `ż = e`, so that
+//! `v = q̈_d − K_v ė − K_p e − K_I ∫e`.
+//!
+//! z holds while the torque is limited. A constant push leaves no error. Stable where
+//! `k_v k_p > k_i`. Source: Lewis, Dawson, Abdallah, Robot Manipulator Control, 4.4.
+
+use crate::control::{Applied, Dynamic, Gains, Sample};
+use crate::error::{Error, Result, positive};
+use crate::math::Vector;
+
+/// The integral of each joint, for computed torque with these gains.
+#[derive(Clone, Copy, Debug)]
+pub struct Integral<const N: usize> {
+    ki: [f64; N],
+}
+
+impl<const N: usize> Integral<N> {
+    /// The integral with the gains `ki` [1/s³], for the others.
+    ///
+    /// # Errors
+    /// `ki`: not finite, not > 0, or not below k_p k_v, where s³ + k_v s² + k_p s + k_i is stable.
+    pub fn new(ki: [f64; N], gains: &Gains<N>) -> Result<Self> {
+        positive("ki", &ki)?;
+        match (0..N).find(|&n| ki[n] >= gains.kp[n] * gains.kv[n]) {
+            None => Ok(Self { ki }),
+            Some(n) => {
+                let wanted = "less than kp·kv of the joint, else the loop is not stable";
+                Err(Error::out_of_range("ki", ki[n], wanted).at(n))
+            }
+        }
+    }
+
+    /// Gains with all three poles at −`bandwidth` [rad/s]: (s + p)³, the honest PID.
+    ///
+    /// # Errors
+    /// `bandwidth`: not finite or not > 0.
+    pub fn with_bandwidth(bandwidth: [f64; N]) -> Result<(Gains<N>, Self)> {
+        positive("bandwidth", &bandwidth)?;
+        let gains = Gains::new(bandwidth.map(|p| 3.0 * p * p), bandwidth.map(|p| 3.0 * p))?;
+        let integral = Self::new(bandwidth.map(|p| p * p * p), &gains)?;
+        Ok((gains, integral))
+    }
+}
+
+impl<const N: usize> Dynamic<N, N> for Integral<N> {
+    fn estimate(&self, z: &Vector<N>, _: &Sample<N>) -> Vector<N> {
+        Vector::from_fn(|n, _| self.ki[n] * z[n])
+    }
+
+    fn rate(&self, _: &Vector<N>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<N> {
+        if applied.limited() { Vector::zeros() } else { seen.e }
+    }
+}
