@@ -904,7 +904,6 @@ class Guard:
         built.
         """
 
-
     @property
     def stopped(self) -> str | None:
         """Why the guard has stopped, such as "position of joint 2"; None while it runs."""
@@ -1183,7 +1182,7 @@ def design(
     """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
 
 def choices(
-    tracker: ComputedTorque,
+    tracker: ComputedTorque | Guard,
     plant: Plant,
     path: Sines | Quintic | Table | None,
     duration: float,
@@ -1191,8 +1190,8 @@ def choices(
 ) -> list[str]:
     """Tell the choices of a simulation that do nothing, or ruin it, in words.
 
-    ``path`` is the reference, or what was recorded of it; None if it is not known. No callable of
-    the plant is called.
+    ``tracker`` may be a guard. ``path`` is the reference, or what was recorded of it; None if it is
+    not known. No callable of the plant is called.
     """
 
 def metrics(

@@ -222,8 +222,7 @@ def _guard(values: Any) -> GuardReport | None:
     values = _only(values, "guard", ("events", "stopped"))
     events, stopped = values["events"], values["stopped"]
     counts = isinstance(events, dict) and all(
-        name.isidentifier() and type(count) is int and count >= 0
-        for name, count in events.items()
+        name.isidentifier() and type(count) is int and count >= 0 for name, count in events.items()
     )
     if not counts or not isinstance(stopped, str | None):
         raise ValueError(f"guard: got {values!r:.80}, wants counts of events, and a text or null")

@@ -130,7 +130,10 @@ def _notes(
     duration: float,
     q0: ArrayLike | None,
 ) -> tuple[str, ...]:
-    """The choices of a run that do nothing. A callable is not called again: its rows are taken."""
+    """What did nothing in a run, or ruined it.
+
+    A callable is not called again: its rows are taken.
+    """
     path: Any = reference
     if not isinstance(reference, _core.Sines | _core.Quintic | _core.Table):
         path = None
@@ -138,5 +141,7 @@ def _notes(
             rows = np.unique(np.linspace(0, len(run.t) - 1, NOTED_ROWS).astype(int))
             path = _core.Table(run.t[rows], run.q_d[rows], run.dq_d[rows], run.ddq_d[rows])
             duration = float(run.t[-1])
-    own = tracker.tracker if isinstance(tracker, _core.Guard) else tracker
-    return tuple(_core.choices(own, plant, path, duration, q0))
+    notes = _core.choices(tracker, plant, path, duration, q0)
+    if run.guard is not None and run.guard.stopped is not None:
+        notes.append(f"guard: it stopped ({run.guard.stopped}), and braked the arm from there on")
+    return tuple(notes)

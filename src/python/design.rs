@@ -5,6 +5,7 @@ use pyo3::types::PyDict;
 
 use super::convert::{Any, Array, Given, count, joints, numbers, object, scalar, wrong_shape};
 use super::dispatch::{each, of_joints, other_joints};
+use super::guard::PyGuard;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
@@ -151,8 +152,8 @@ fn figures<'py>(py: Python<'py>, joints: &[JointReport]) -> PyResult<Bound<'py, 
 
 /// Tell the choices of a simulation that do nothing, or ruin it, in words.
 ///
-/// ``path`` is the reference, or what was recorded of it; None if it is not known. No callable of
-/// the plant is called.
+/// ``tracker`` may be a guard. ``path`` is the reference, or what was recorded of it; None if it is
+/// not known. No callable of the plant is called.
 #[pyfunction]
 #[pyo3(signature = (tracker, plant, path, duration, q0))]
 pub(super) fn choices<'py>(
@@ -162,18 +163,29 @@ pub(super) fn choices<'py>(
     duration: Any<'_, 'py>,
     q0: Given<'_, 'py>,
 ) -> PyResult<Vec<String>> {
+    let along = Along::new(path, Some(duration), Some(plant), 1.0)?;
+    let guard = tracker.cast::<PyGuard>().ok().map(|guard| guard.try_borrow()).transpose()?;
+    if let Some(guard) = guard {
+        let limit = guard.effort_limit();
+        let tracker = guard.tracker.bind(tracker.py()).try_borrow()?;
+        return each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, Some(&limit)));
+    }
     let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
     let tracker = tracker.try_borrow()?;
-    let along = Along::new(path, Some(duration), Some(plant), 1.0)?;
-    each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0))
+    each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, None))
 }
 
+/// With the `effort_limit` of a guard, if there is one.
 fn chosen<const N: usize>(
     tracker: &Tracker<N>,
     along: &Along<'_, '_>,
     q0: Given<'_, '_>,
+    effort_limit: Option<&[f64]>,
 ) -> PyResult<Vec<String>> {
-    let course = along.course(tracker, true)?;
+    let mut course = along.course(tracker, true)?;
+    if let Some(limit) = effort_limit.and_then(|limit| <&[f64; N]>::try_from(limit).ok()) {
+        course = course.map(|course| course.limited(limit));
+    }
     let q0 = q0.map_or(Ok([0.0; N]), |q0| joints(q0, "q0"))?;
     let start =
         along.path.map(|path| Source::<N>::reference(path, "path")).transpose()?.map(|reference| {

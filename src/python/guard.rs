@@ -55,6 +55,11 @@ pub(super) struct PyGuard {
 }
 
 impl PyGuard {
+    /// |τ| of each joint is at most that [N·m].
+    pub fn effort_limit(&self) -> Vec<f64> {
+        each!(&self.guards, Guards, own => own.parameters.effort_limit.to_vec())
+    }
+
     /// A copy for a run, which leaves the guard as it is, and counts from zero.
     pub fn twin(&self) -> Guards {
         each!(&self.guards, Guards, own => {

@@ -172,6 +172,11 @@ impl<const N: usize> Tracker<N> {
         conditions: &Conditions<'_>,
     ) -> PyResult<Report<N>> {
         let Controller { law, compensator, limits } = &*self.controller;
-        Report::new(law, limits, compensator.subject(), course, conditions).map_err(value_error)
+        let report = Report::new(law, limits, compensator.subject(), course, conditions);
+        // As Python names it.
+        report.map_err(|error| match error.parameter() {
+            "delay_samples" => value_error(error.named("delay")),
+            _ => value_error(error),
+        })
     }
 }

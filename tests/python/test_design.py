@@ -46,7 +46,7 @@ def test_a_loop_that_is_too_slow_is_refused() -> None:
     ("options", "message"),
     [
         ({"control_period": 0.0}, "control_period: got 0, wants a number > 0"),
-        ({"delay": 9}, "delay_samples: got 9, wants at most 8"),
+        ({"delay": 9}, "^delay: got 9, wants at most 8"),
         ({"disturbance": ()}, "disturbance: got 0 entries, wants 1"),
         ({"inertia_ratio": -1.0}, "inertia_ratio: got -1, wants a number > 0"),
     ],
@@ -282,3 +282,14 @@ def test_what_a_linear_model_cannot_tell_is_said_to_be_so() -> None:
             assert known or words in " ".join(report.findings)
             assert (report.max_period > 0.0).all() == (times > 1.0)
             assert "too slow" not in str(report) and "-inf" not in str(report)
+
+
+def test_a_path_on_which_the_arm_cannot_be_carried_is_refused() -> None:
+    arm = sa.TwoLink(4, 0.5, 0.2, gravity=9.81)
+    path = sa.Sines(1.0, sin=0.5)
+    weak = sa.design(sa.ComputedTorque(arm, 100, 20, effort_limit=5.0), 1e-3, path=path)
+    assert not weak.sound and weak.verdict == "do not run this"
+    strong = sa.design(sa.ComputedTorque(arm, 100, 20, effort_limit=200.0), 1e-3, path=path)
+    assert strong.sound and strong.verdict == "go ahead"
+    with pytest.raises(ValueError, match=r"^delay: got 9"):
+        sa.design(sa.ComputedTorque(arm, 100, 20), 1e-3, delay=9)

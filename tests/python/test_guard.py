@@ -298,7 +298,7 @@ def test_power_is_limited_in_every_call_that_brings_a_velocity() -> None:
 
 
 def test_a_sample_soon_after_a_missed_one_is_used() -> None:
-    """The deadline passed, `missed` gave the torque, and then the sample came: it is no early one."""
+    """The deadline passed, `missed` gave the torque, and then the sample came: not an early one."""
     guarded = guard()
     for _ in range(60):
         step(guarded, elapsed=0.9 * PERIOD)
@@ -362,3 +362,21 @@ def test_the_report_of_a_run_counts_the_run_alone_and_is_kept_in_its_file(tmp_pa
     assert guarded.events["missed"] == 5
     run.save(tmp_path / "run.npz")
     assert sa.Run.load(tmp_path / "run.npz").guard == run.guard
+
+
+def test_a_run_says_what_its_guard_ruined() -> None:
+    plant = sa.Plant(heavy().arm)
+    path = sa.Quintic((0.0, 0.0), (0.4, 0.2), 1.0)
+    for limits, said in [
+        ({"effort_limit": 5.0}, "effort_limit: joint 1 has 5.0000 N·m, and gravity alone takes"),
+        ({"position_limits": [(-1, 0.2), (-1, 1)]}, "guard: it stopped (position of joint 1)"),
+    ]:
+        with pytest.warns(sa.DesignWarning):
+            run = sa.simulate(
+                plant, sa.Guard(heavy(), PERIOD, **limits), path, 1.5, control_period=PERIOD
+            )
+        assert any(note.startswith(said) for note in run.notes), run.notes
+    with pytest.raises(
+        ValueError, match=r"^control_period: got .*the period of the guard; a guard"
+    ):
+        sa.simulate(plant, sa.Guard(heavy(), PERIOD), path, 0.1)
