@@ -19,14 +19,6 @@ Path = Reference | tuple[ArrayLike, ...] | Array
 """A path: a reference, the arguments of a `Table`, (t, q) or (t, q, dq, ddq), or positions."""
 
 
-Verdict = Literal[
-    "go ahead",
-    "do not run this",
-    "cannot tell without a path",
-    "cannot tell from a linear model",
-]
-
-
 @dataclass(frozen=True, eq=False)
 class DesignReport:
     """Figures of a design, joint by joint (arrays of shape (n,)), with findings and a verdict.
@@ -76,7 +68,12 @@ class DesignReport:
     known: bool
     """Whether the loop could be judged; it could not where the rules see where the arm is, and no
     path was given, or where the error is too wide for a linear model."""
-    verdict: Verdict
+    verdict: Literal[
+        "go ahead",
+        "do not run this",
+        "cannot tell without a path",
+        "cannot tell from a linear model",
+    ]
     """What to do."""
     left_out: tuple[str, ...]
     """What acts in a run and is not in these figures."""
