@@ -142,7 +142,7 @@ pub(crate) fn unless_tiny(x: f64, least: f64) -> f64 {
 }
 
 /// The same where that is rare, for a number that others wait for: with a branch, which the
-/// processor foresees.
+/// processor foresees. Zeros are not rare, and stay.
 #[inline(always)]
 pub(crate) fn unless_rarely_tiny(x: f64, least: f64) -> f64 {
     #[cold]
@@ -150,7 +150,7 @@ pub(crate) fn unless_rarely_tiny(x: f64, least: f64) -> f64 {
     fn zero() -> f64 {
         0.0
     }
-    if x.abs() < least { zero() } else { x }
+    if x.abs() < least && x != 0.0 { zero() } else { x }
 }
 
 /// The same in every lane.

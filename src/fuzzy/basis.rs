@@ -24,7 +24,7 @@ use super::membership::exponentials;
 use super::memory::{Buffer, Memory, Room};
 use super::places::{Dyad, Dyads};
 use crate::error::{Result, finite, length};
-use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_rarely_tiny};
+use crate::math::{FNV_START, LANES, TINY_KERNEL, fnv_of, sqrt, unless_rarely_tiny, unless_tiny};
 
 /// A fuzzy basis over a fixed number of inputs. Immutable; the caller owns the buffers it writes
 /// to, and may lend the one that its sets stand in.
@@ -229,7 +229,7 @@ impl<B: Buffer> FuzzyBasis<B> {
             out.fill(1.0);
             self.axes.products(simd, tables, |input, sum| {
                 let product = &mut out[input % blocks];
-                *product = unless_rarely_tiny(*product * sum, TINY_KERNEL);
+                *product = unless_tiny(*product * sum, TINY_KERNEL);
             });
             return;
         }

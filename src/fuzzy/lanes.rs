@@ -143,9 +143,10 @@ pub(crate) fn accumulate<S: Simd>(
     if keep != 1.0 {
         let factor = simd.splat_f64s(keep);
         let weights = S::as_mut_simd_f64s(&mut *weights).0;
-        weights.iter_mut().for_each(|w| *w = simd.mul_f64s(factor, *w));
-        if keep < FADES_FAST {
-            weights.iter_mut().for_each(|w| *w = lanes_unless_tiny(simd, *w, TINY_WEIGHT));
+        let least = if keep < FADES_FAST { TINY_WEIGHT } else { 0.0 };
+        // No closure: it would not be compiled for the registers at hand.
+        for w in weights {
+            *w = lanes_unless_tiny(simd, simd.mul_f64s(factor, *w), least);
         }
     }
     let mut squares = None;
