@@ -77,6 +77,12 @@ pub trait Compensator<const N: usize, S> {
     /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
 
+    /// Whether it works from sample to sample alone: simulation in continuous time is refused then.
+    /// The default is false.
+    fn sampled_only(&self) -> bool {
+        false
+    }
+
     /// Signals of its own, which enter a record beside those that every record has; none by
     /// default.
     fn channels(&self) -> &'static [Channel] {

@@ -70,6 +70,10 @@ impl<const N: usize, A: Arm<N>> Compensator<N, TimeDelayState<N>> for TimeDelay<
         *state = TimeDelayState::new();
     }
 
+    fn sampled_only(&self) -> bool {
+        true
+    }
+
     fn audit(&self, _: &TimeDelayState<N>, _: usize, _: &Sample<N>) -> Option<Audit<N>> {
         None
     }

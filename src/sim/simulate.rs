@@ -97,6 +97,9 @@ where
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
     if options.control_period.is_none() {
         check_unlimited_rate(&controller.limits.effort_rate_limit)?;
+        let possible = |_| !controller.compensator.sampled_only();
+        let wanted = "a period: the compensator works from sample to sample";
+        within("control_period", &[0.0], possible, wanted)?;
     }
     let record = Recorder::new(steps, options, controller.compensator.channels())?;
     let system = ClosedLoop::new(plant, controller, reference);

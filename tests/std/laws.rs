@@ -317,6 +317,14 @@ fn what_cannot_work_is_refused_by_name() {
     let twisting = SuperTwisting::new(both(3.0), both(8.0), both(25.0)).unwrap();
     assert_eq!(refused(twisting.covers(20.0)), "accepted");
     assert!(refused(twisting.covers(25.0)).starts_with("k2[0]: got 25, wants"));
+    let inertia = Inertia::new(nominal(), 1.0).unwrap();
+    let law = ComputedTorque::new(inertia, gains);
+    let (plant, reference) = (paper::plant().unwrap(), paper::reference().unwrap());
+    let delayed = Controller::new(law, TimeDelay { arm: inertia });
+    let mut state = State::new(TimeDelayState::new());
+    let go_on = |_| ControlFlow::Continue(());
+    let run = simulate(&plant, &delayed, &mut state, &reference, &Options::default(), go_on);
+    assert!(refused(run).starts_with("control_period: got 0, wants a period"));
     // γ below half of √r, and Q too large for it.
     assert!(refused(HInfinity::new(gains, 1e3, 0.1, 1.0)).starts_with("gamma: got 0.1"));
     assert!(refused(HInfinity::new(gains, 1e3, 1.0, 2.0)) == "accepted");
