@@ -50,6 +50,8 @@ compile_error!(
 pub mod arm;
 pub mod control;
 pub mod design;
+#[cfg(feature = "std")]
+pub mod effects;
 pub mod eigen;
 pub mod error;
 pub mod fuzzy;

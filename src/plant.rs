@@ -4,6 +4,8 @@
 use crate::arm::Arm;
 use crate::control::Limits;
 use crate::error::Result;
+#[cfg(feature = "std")]
+use crate::error::within;
 use crate::math::Vector;
 use crate::reference::{Harmonic, Sines};
 
@@ -61,12 +63,21 @@ pub struct Plant<const N: usize, A, D = Undisturbed> {
     pub disturbance: D,
     /// What the actuators can give; only the effort limit counts here.
     limits: Limits<N>,
+    /// The arms of later times \[s\], in their order.
+    #[cfg(feature = "std")]
+    later: Vec<(f64, A)>,
 }
 
 impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
     /// An arm under a disturbance, with actuators of unlimited torque.
     pub fn new(arm: A, disturbance: D) -> Self {
-        Self { arm, disturbance, limits: Limits::default() }
+        Self {
+            arm,
+            disturbance,
+            limits: Limits::default(),
+            #[cfg(feature = "std")]
+            later: Vec::new(),
+        }
     }
 
     /// The same with actuators that give at most this torque [N·m].
@@ -77,6 +88,37 @@ impl<const N: usize, A: Arm<N>, D: Disturbance<N>> Plant<N, A, D> {
         self.limits = Limits { effort_limit, ..Limits::default() };
         self.limits.validate()?;
         Ok(self)
+    }
+
+    /// The same, but from time `at` \[s\] on with another arm in the place of the one before: a
+    /// payload that is picked up or put down, friction that changes. Positions and velocities go
+    /// on. In a simulation it takes effect with the first step from then on.
+    ///
+    /// # Errors
+    /// `at`: not finite, or not after the change before.
+    #[cfg(feature = "std")]
+    pub fn with_change(mut self, at: f64, arm: A) -> Result<Self> {
+        let last = self.later.last().map_or(0.0, |(at, _)| *at);
+        let after = |at: f64| at.is_finite() && at > last;
+        within("at", &[at], after, "a time after that of the change before, and after 0")?;
+        self.later.push((at, arm));
+        Ok(self)
+    }
+
+    /// The arm that is there at time `t` \[s\].
+    #[inline]
+    pub fn arm_at(&self, _t: f64) -> &A {
+        #[cfg(feature = "std")]
+        if let Some((_, arm)) = self.later.iter().rev().find(|(at, _)| *at <= _t) {
+            return arm;
+        }
+        &self.arm
+    }
+
+    /// Whether the arm changes.
+    #[cfg(feature = "std")]
+    pub fn changes(&self) -> bool {
+        !self.later.is_empty()
     }
 
     /// Largest torque of each actuator [N·m].

@@ -10,8 +10,11 @@
 //! This is the one hold rule: a step first ends the period before with the torque that acted in it,
 //! by default the one that was commanded, and then decides.
 
+use super::front::{FrontMemory, View};
 use super::state::{IMPOSSIBLE, Pending};
-use super::{Applied, Compensator, Demand, Law, Limits, NoCompensation, Sample, Stage, State};
+use super::{
+    Applied, Compensator, Demand, Front, Law, Limits, NoCompensation, Sample, Stage, State,
+};
 use crate::error::{Error, Result, finite, within};
 use crate::math::{TINY_SIGNAL, Vector, unless_tiny};
 use crate::reference::Setpoint;
@@ -49,7 +52,7 @@ impl<const N: usize> Command<N> {
     }
 }
 
-/// A controller: law, compensator, limits. Immutable; one can drive many states.
+/// A controller: front, law, compensator, limits. Immutable; one can drive many states.
 #[derive(Clone, Copy, Debug)]
 pub struct Controller<const N: usize, L, C = NoCompensation> {
     /// Gives τ from a sample and ρ̂.
@@ -58,12 +61,14 @@ pub struct Controller<const N: usize, L, C = NoCompensation> {
     pub compensator: C,
     /// Bounds on the torque.
     pub limits: Limits<N>,
+    /// What stands before the law.
+    pub front: Front,
 }
 
 impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
-    /// A controller without torque limits.
+    /// A controller without torque limits, and with nothing before its law.
     pub fn new(law: L, compensator: C) -> Self {
-        Self { law, compensator, limits: Limits::default() }
+        Self { law, compensator, limits: Limits::default(), front: Front::default() }
     }
 
     /// The same controller with torque limits.
@@ -73,6 +78,16 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     pub fn with_limits(mut self, limits: Limits<N>) -> Result<Self> {
         limits.validate()?;
         self.limits = limits;
+        Ok(self)
+    }
+
+    /// The same controller with a front.
+    ///
+    /// # Errors
+    /// As [`Front::validate`].
+    pub fn with_front(mut self, front: Front) -> Result<Self> {
+        front.validate()?;
+        self.front = front;
         Ok(self)
     }
 
@@ -89,9 +104,10 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     where
         C: Compensator<N, S>,
     {
-        let State { compensator, last_tau, steps, pending } = state;
+        let State { compensator, last_tau, steps, pending, front } = state;
         self.compensator.reset(compensator);
         (*last_tau, *steps, *pending) = (None, 0, None);
+        *front = FrontMemory::new();
     }
 
     /// One sample of the controller: ends the period before with the torque that it commanded, then
@@ -149,12 +165,14 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         check_applied(applied)?;
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
-        let sample = self.sample(&felt(q), &felt(dq), &desired_felt(desired));
+        let mut sample = self.sample(&felt(q), &felt(dq), &desired_felt(desired));
+        let view = self.front.is_on().then(|| self.look(state, &mut sample)).transpose()?;
         self.compensator.admit(&state.compensator, &sample, dt)?;
         let last = self.last_tau(state, q)?;
         // What cannot end is left out.
         _ = self.end(state, applied);
         let mut command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
+        let view = view.map(|view| self.cushion(state, view, q, &mut command));
         if let Some(n) = command.tau.iter().position(|tau| !tau.is_finite()) {
             return Err(Error::not_finite("tau", command.tau[n]).at(n));
         }
@@ -163,10 +181,31 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         }
         let applied = command.applied(&command.tau);
         command.limited = applied.limited();
+        if let Some(view) = view {
+            state.front.view = view;
+            if state.steps == 0 {
+                state.front.wait(&state.last_tau.unwrap_or_else(Vector::zeros));
+            }
+        }
         state.pending = Some(Pending { sample, applied, dt });
         state.last_tau = Some(command.tau.map(|tau| tau.clamp(-IMPOSSIBLE, IMPOSSIBLE)));
         state.steps = state.steps.saturating_add(1);
         Ok(command)
+    }
+
+    /// Tells how long the last period really was, before the next step: where the loop jitters, or
+    /// lost a sample.
+    ///
+    /// # Errors
+    /// `elapsed`: not between 1 ns and 1 s.
+    pub fn lasted<S>(&self, state: &mut State<N, S>, elapsed: f64) -> Result<()> {
+        check_period("elapsed", elapsed)?;
+        match &mut state.pending {
+            Some(pending) => pending.dt = elapsed,
+            None if self.front.is_on() => state.front.period = elapsed,
+            None => {}
+        }
+        Ok(())
     }
 
     /// Ends the period that the last step decided on, if that is pending, with the torque `applied`
@@ -193,8 +232,12 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         let Some(Pending { sample, applied: commanded, dt }) = state.pending.take() else {
             return Ok(());
         };
-        let tau = applied.copied().unwrap_or(commanded.tau);
-        let acted = Applied { tau, ..commanded };
+        let acting = self.front.acting(&state.front, &commanded);
+        let tau = applied.copied().unwrap_or(acting.tau);
+        let acted = Applied { tau, ..acting };
+        if self.front.is_on() {
+            state.front.ended(&commanded, dt);
+        }
         self.compensator.acted(&mut state.compensator, 0, &sample, &acted);
         self.compensator.advance(&mut state.compensator, &Stage::after(dt))
     }
@@ -224,6 +267,32 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             }
             last => Ok(last),
         }
+    }
+
+    /// What the law is to see, through the front, and what that remembers then.
+    #[inline(never)]
+    fn look<S>(&self, state: &State<N, S>, sample: &mut Sample<N>) -> Result<View<N>> {
+        let (mut view, elapsed) = (state.front.view, state.front.period);
+        let elapsed = state.pending.as_ref().map_or(elapsed, |pending| pending.dt);
+        *sample = self.front.look(&mut view, sample, elapsed, &self.law.wraps());
+        check_sample(&sample.q, &sample.dq, &sample.desired)?;
+        Ok(view)
+    }
+
+    /// Takes the jump out of the first torques.
+    #[inline(never)]
+    fn cushion<S>(
+        &self,
+        state: &State<N, S>,
+        mut view: View<N>,
+        q: &Vector<N>,
+        command: &mut Command<N>,
+    ) -> View<N> {
+        let before = || state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
+        let asked = command.model + command.compensation;
+        command.model += self.front.cushion(&mut view, before, &asked);
+        command.tau = self.limits.clamp(&(command.model + command.compensation));
+        view
     }
 
     /// The torque at one stage of a step, inside the effort limit. The caller who applies it tells

@@ -1,7 +1,8 @@
 //! Control: a law for the nominal arm plus a compensator for what the model leaves out, such as
 //! `τ = M₀(v − ρ̂) + H₀` (eqs. 7, 11, 12).
 //!
-//! The way through: a `controller` makes a `sample` of what was measured, asks its `compensator`
+//! The way through: a `controller` makes a `sample` of what was measured, as its `front` says, asks
+//! its `compensator`
 //! for ρ̂ and its `law` for τ, keeps τ within its `limits`, and tells the compensator what acted.
 //! `computed_torque` is a law. `dynamic` makes a compensator of a memory of a few numbers.
 //! `fuzzy_compensator` and `kernel_compensator` hold the weights that the `update` law (18) moves,
@@ -9,11 +10,13 @@
 //! around a controller in a real loop.
 
 mod adaptation;
+mod bytes;
 mod channel;
 mod compensator;
 mod computed_torque;
 mod controller;
 mod dynamic;
+mod front;
 mod fuzzy_compensator;
 mod guard;
 mod inputs;
@@ -35,6 +38,7 @@ pub use computed_torque::{ComputedTorque, Feedback, Gains};
 pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
+pub use front::{Front, MAX_DELAY};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
 pub use guard::{
     Brake, Cause, Event, Events, Guard, GuardMemory, GuardParameters, GuardState, Guarded,

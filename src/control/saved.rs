@@ -2,13 +2,16 @@
 //!
 //! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances ·
 //! last torque · fingerprints of arm, gains, compensator, basis · the pending period, if there is
-//! one: dt, torque asked for and commanded, q, q̇, q_d, q̇_d, q̈_d · the compensator's part ·
-//! FNV-1a checksum of all that. Version 1 has neither fingerprints nor a pending period.
+//! one: dt, torque asked for and commanded, q, q̇, q_d, q̇_d, q̈_d · the front's memory, if there is
+//! a front: last period, age, vectors · the compensator's part · FNV-1a checksum of all that.
+//! Version 1 has neither fingerprints nor a pending period.
 //!
 //! Nothing is allocated: bytes are written as they come, and read in two passes. The first pass
 //! checks all there is, the second one cannot fail.
 
+use super::bytes::{Numbers, put_all};
 use super::controller::{check_period, check_sample};
+use super::front::FrontMemory;
 use super::state::{IMPOSSIBLE, Pending};
 use super::{Applied, Compensator, Controller, Law, NoCompensation, Sample, Stage, State};
 use crate::error::{Error, Result, length};
@@ -21,6 +24,7 @@ const VERSION: u8 = 2;
 /// Flags of every controller; those of a compensator are its own.
 const TORQUE: u64 = 4;
 const PENDING: u64 = 32;
+const FRONT: u64 = 64;
 
 /// Counters are below this, so that none can wrap.
 pub(super) const MAX_COUNT: u64 = 1 << 62;
@@ -38,7 +42,7 @@ pub enum Origin {
 
 /// A compensator whose state can be saved and restored, to the bit.
 pub trait Saves<const N: usize, S>: Compensator<N, S> {
-    /// All flags that [`flags`](Self::flags) may set; 4 and 32 are taken.
+    /// All flags that [`flags`](Self::flags) may set; 4, 32 and 64 are taken.
     fn known_flags(&self) -> u64;
 
     /// What the entries are called that [`size`](Self::size) counts.
@@ -125,11 +129,12 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             sum = fnv(sum, bytes);
             put(bytes);
         };
-        let State { compensator: own, last_tau, steps, pending } = state;
+        let State { compensator: own, last_tau, steps, pending, front } = state;
         let compensator = &self.compensator;
         let mut flags = compensator.flags(own);
         flags |= if last_tau.is_some() { TORQUE } else { 0 };
         flags |= if pending.is_some() { PENDING } else { 0 };
+        flags |= if self.front.is_on() { FRONT } else { 0 };
         all(MAGIC);
         all(&[VERSION]);
         let counts = [N as u64, compensator.size() as u64, flags, *steps];
@@ -144,6 +149,9 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             for vector in [asked, tau, q, dq, &desired.q, &desired.dq, &desired.ddq] {
                 put_all(&mut all, vector.as_slice());
             }
+        }
+        if self.front.is_on() {
+            front.write(&mut all);
         }
         compensator.write(own, &mut all);
         put(&sum.to_le_bytes());
@@ -184,7 +192,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         C: Saves<N, S>,
     {
         let [compensator, basis] = self.compensator.fingerprints();
-        [self.law.fingerprint(), self.law.tuning(), compensator, basis]
+        let tuning = self.front.fingerprint(self.law.tuning());
+        [self.law.fingerprint(), tuning, compensator, basis]
     }
 
     /// All that the bytes say, checked; with `other` also those of another controller.
@@ -203,16 +212,20 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             return Err(Error::damaged(problem));
         }
         length(self.compensator.entries(), size as usize, self.compensator.size())?;
-        let common = if version == 1 { TORQUE } else { TORQUE | PENDING };
+        let common = if version == 1 { TORQUE } else { TORQUE | PENDING | FRONT };
         if flags & !(known | common) != 0 || steps.max(advances) > MAX_COUNT {
             return Err(Error::damaged("its header is not a possible one"));
         }
         let last_tau = last_torque(rest.vector()?, flags & TORQUE != 0)?;
         let origin = if version == 1 { Origin::Unknown } else { self.origin(&mut rest, other)? };
         let pending = if flags & PENDING != 0 { Some(self.pending(&mut rest)?) } else { None };
-        let (pending, part) = (pending.filter(|_| origin == Origin::Same), rest.0);
-        self.compensator.check(flags, part)?;
-        Ok(Opened { origin, flags, steps, advances, last_tau, pending, part })
+        let new = FrontMemory::new();
+        let front = if flags & FRONT != 0 { FrontMemory::read(&mut rest)? } else { new };
+        let same = origin == Origin::Same;
+        let (pending, front) = (pending.filter(|_| same), if same { front } else { new });
+        let part = rest.0;
+        self.compensator.check(flags & !FRONT, part)?;
+        Ok(Opened { origin, flags, steps, advances, last_tau, pending, front, part })
     }
 
     /// Whose fingerprints these are; another's are refused unless they are asked for.
@@ -252,13 +265,14 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     where
         C: Saves<N, S>,
     {
-        let Opened { flags, steps, advances, last_tau, pending, part, .. } = *saved;
+        let Opened { flags, steps, advances, last_tau, pending, front, part, .. } = *saved;
         let own = &mut state.compensator;
         self.compensator.take(own, flags, advances, part);
         if let Some(Pending { sample, .. }) = &pending {
             self.compensator.estimate(own, &Stage::NOW, sample);
         }
-        (state.last_tau, state.steps, state.pending) = (last_tau, steps, pending);
+        (state.last_tau, state.steps) = (last_tau, steps);
+        (state.pending, state.front) = (pending, front);
         saved.origin
     }
 }
@@ -274,6 +288,7 @@ struct Opened<'a, const N: usize> {
     advances: u64,
     last_tau: Option<Vector<N>>,
     pending: Option<Pending<N>>,
+    front: FrontMemory<N>,
     part: &'a [u8],
 }
 
@@ -301,64 +316,3 @@ fn last_torque<const N: usize>(tau: Vector<N>, known: bool) -> Result<Option<Vec
     }
     Ok(known.then_some(tau))
 }
-
-/// Puts numbers.
-#[inline(never)]
-pub(super) fn put_all(put: &mut dyn FnMut(&[u8]), values: &[f64]) {
-    values.iter().for_each(|x| put(&x.to_le_bytes()));
-}
-
-/// Bytes that are numbers of eight bytes each.
-#[derive(Clone, Copy)]
-pub(super) struct Numbers<'a>(pub &'a [u8]);
-
-impl<'a> Numbers<'a> {
-    fn word(&mut self) -> Result<[u8; 8]> {
-        let Some((word, rest)) = self.0.split_first_chunk::<8>() else {
-            return Err(Error::damaged("it is too short"));
-        };
-        self.0 = rest;
-        Ok(*word)
-    }
-
-    pub fn count(&mut self) -> Result<u64> {
-        self.word().map(u64::from_le_bytes)
-    }
-
-    pub fn number(&mut self) -> Result<f64> {
-        self.word().map(f64::from_le_bytes)
-    }
-
-    #[inline(never)]
-    pub fn vector<const N: usize>(&mut self) -> Result<Vector<N>> {
-        let mut vector = Vector::<N>::zeros();
-        for x in vector.iter_mut() {
-            *x = self.number()?;
-        }
-        Ok(vector)
-    }
-
-    /// The next `count` numbers.
-    pub fn split(&mut self, count: usize) -> Result<Self> {
-        let bytes = count.checked_mul(8).and_then(|len| self.0.split_at_checked(len));
-        let Some((numbers, rest)) = bytes else {
-            return Err(Error::damaged("it is too short"));
-        };
-        self.0 = rest;
-        Ok(Self(numbers))
-    }
-
-    /// Refuses bytes that are left over.
-    pub fn end(&self) -> Result<()> {
-        if self.0.is_empty() { Ok(()) } else { Err(OTHER) }
-    }
-
-    /// All of them.
-    pub fn iter(self) -> impl Iterator<Item = f64> + 'a {
-        let (words, _) = self.0.as_chunks::<8>();
-        words.iter().map(|word| f64::from_le_bytes(*word))
-    }
-}
-
-pub(super) const OTHER: Error =
-    Error::damaged("it belongs to a controller with other modifications");

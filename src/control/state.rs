@@ -1,6 +1,7 @@
 //! What a controller remembers between samples: its compensator's memory, the torque commanded
 //! last, and the period that has begun and not ended yet.
 
+use super::front::FrontMemory;
 use super::{Applied, Sample};
 use crate::error::{Result, within};
 use crate::math::Vector;
@@ -24,12 +25,21 @@ pub struct State<const N: usize, S = ()> {
     pub steps: u64,
     /// The period that the last step decided on; `None` if it has ended.
     pub(crate) pending: Option<Pending<N>>,
+    /// What stands before the law remembers.
+    pub(crate) front: FrontMemory<N>,
 }
 
 impl<const N: usize, S> State<N, S> {
     /// A controller's state before its first sample.
     pub fn new(compensator: S) -> Self {
-        Self { compensator, last_tau: None, steps: 0, pending: None }
+        let front = FrontMemory::new();
+        Self { compensator, last_tau: None, steps: 0, pending: None, front }
+    }
+
+    /// Hands over anew at the next sample, as for another reference; see
+    /// [`Front::hand_over`](super::Front::hand_over).
+    pub fn hand_over(&mut self) {
+        self.front.begin();
     }
 
     /// States the torque that is on the robot when the controller takes over [N·m]. The first

@@ -171,7 +171,7 @@ impl<const N: usize> Tracker<N> {
         course: Option<&Course<N>>,
         conditions: &Conditions<'_>,
     ) -> PyResult<Report<N>> {
-        let Controller { law, compensator, limits } = &*self.controller;
+        let Controller { law, compensator, limits, .. } = &*self.controller;
         let report = Report::new(law, limits, compensator.subject(), course, conditions);
         // As Python names it.
         report.map_err(|error| match error.parameter() {

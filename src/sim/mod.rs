@@ -1,6 +1,7 @@
 //! Closed-loop simulation: the loop that a user would write with the public step, and its record.
 
 mod adaptive;
+mod affected;
 mod certificate;
 mod certified;
 mod channels;
@@ -8,6 +9,7 @@ mod closed_loop;
 mod continuous;
 mod doubt;
 mod evaluation;
+mod held;
 mod integrators;
 mod metrics;
 mod options;
@@ -24,11 +26,11 @@ pub use channels::Column;
 pub use closed_loop::{ClosedLoop, Start};
 pub use doubt::{Coarse, Doubt};
 pub use evaluation::Evaluation;
+pub use held::hold_torque;
 pub use integrators::{DP54, DP54_ERROR, Motion, RK4, Rates, Tableau, Tolerance, dp54_dense};
 pub use metrics::{Metrics, Window, metrics};
 pub use options::{MAX_RECORD_BYTES, Method, Options, Record};
 pub use run::Run;
-pub use sampled::hold_torque;
 #[cfg(feature = "python")]
 pub(crate) use simulate::simulate_by;
 pub use simulate::{simulate, simulate_guarded};

@@ -2,6 +2,7 @@
 
 use super::integrators::Tolerance;
 use crate::control::check_period;
+use crate::effects::Effects;
 use crate::error::{Error, Result, finite, positive, within};
 
 /// A run has at most this many steps.
@@ -54,6 +55,8 @@ pub struct Options<const N: usize> {
     pub record_every: usize,
     /// Which signals enter the record.
     pub record: Record,
+    /// What stands between controller and arm; a sampled controller's alone.
+    pub effects: Effects<N>,
 }
 
 impl Record {
@@ -75,6 +78,7 @@ impl<const N: usize> Default for Options<N> {
             dq0: [0.0; N],
             record_every: 1,
             record: Record::All,
+            effects: Effects::default(),
         }
     }
 }
@@ -105,6 +109,7 @@ impl<const N: usize> Options<N> {
             within("rtol", &[rtol], |x| (1e-14..=1e-1).contains(&x), "between 1e-14 and 0.1")?;
             within("atol", &[atol], |x| (1e-20..=1e-1).contains(&x), "between 1e-20 and 0.1")?;
         }
+        self.effects.validate()?;
         let steps = self.multiples("duration", "duration / dt", self.duration)?;
         let hold = match self.control_period {
             None => 1,

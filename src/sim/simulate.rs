@@ -2,6 +2,7 @@
 
 use core::ops::ControlFlow;
 
+use super::affected::CHANNELS;
 use super::closed_loop::ClosedLoop;
 use super::continuous::{dp54, rk4};
 use super::integrators::Motion;
@@ -10,7 +11,7 @@ use super::recorder::Recorder;
 use super::run::Run;
 use super::sampled::{Guarding, Sampled};
 use crate::arm::Arm;
-use crate::control::{Compensator, Controller, Guard, GuardState, Law, State};
+use crate::control::{Compensator, Controller, Front, Guard, GuardState, Law, State};
 use crate::error::{Error, Result, within};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
@@ -97,11 +98,12 @@ where
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
     if options.control_period.is_none() {
         check_unlimited_rate(&controller.limits.effort_rate_limit)?;
-        let possible = |_| !controller.compensator.sampled_only();
-        let wanted = "a period: the compensator works from sample to sample";
-        within("control_period", &[0.0], possible, wanted)?;
+        check_continuous(plant, controller, options)?;
     }
-    let record = Recorder::new(steps, options, controller.compensator.channels())?;
+    let affected = options.effects.is_on() || plant.changes();
+    let of_effects = if affected { CHANNELS } else { &[] };
+    let own = [controller.compensator.channels(), of_effects].concat();
+    let record = Recorder::new(steps, options, &own)?;
     let system = ClosedLoop::new(plant, controller, reference);
     Ok(match (options.control_period, options.method) {
         (None, Method::Rk4) => rk4(system, controller.settle(state), start, record, monitor),
@@ -109,10 +111,48 @@ where
             dp54(system, controller.settle(state), start, record, tolerance, monitor)
         }
         (Some(_), _) => {
-            let sampled = Sampled { plant, controller, reference, hold, method: options.method };
-            sampled.run(state, start, record, monitor, guarding)
+            let (method, dt) = (options.method, options.dt);
+            let sampled = Sampled { plant, controller, reference, hold, dt, method };
+            if affected {
+                sampled.run_affected(&options.effects, state, start, record, monitor, guarding)
+            } else {
+                sampled.run(state, start, record, monitor, guarding)
+            }
         }
     })
+}
+
+/// Refuses in continuous time what works from sample to sample.
+fn check_continuous<const N: usize, A, D, L, C, S>(
+    plant: &Plant<N, A, D>,
+    controller: &Controller<N, L, C>,
+    options: &Options<N>,
+) -> Result<()>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+{
+    let found = [
+        (
+            controller.compensator.sampled_only(),
+            "a period: the controller works from sample to sample",
+        ),
+        (
+            controller.front != Front::default(),
+            "a period: hand-over, velocity filter, bumpless \
+          start and delay of a controller are those of a sampled one",
+        ),
+        (
+            options.effects.is_on(),
+            "a period: sensors, timing and actuators are those of a sampled \
+          controller",
+        ),
+        (plant.changes(), "a period: a plant that changes needs a sampled controller"),
+    ];
+    let wanted = found.iter().find(|(is, _)| *is).map_or("", |(_, wanted)| wanted);
+    within("control_period", &[0.0], |_| wanted.is_empty(), wanted)
 }
 
 fn check_unlimited_rate(limit: &[f64]) -> Result<()> {

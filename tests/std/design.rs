@@ -19,7 +19,7 @@ const SAMPLES: usize = 256;
 const HARMONICS: usize = 24;
 
 fn report(controller: &Adaptive, conditions: &Conditions<'_>) -> Report<2> {
-    let Adaptive { law, compensator, limits } = controller;
+    let Adaptive { law, compensator, limits, .. } = controller;
     Report::new(law, limits, Some(compensator), None, conditions).unwrap()
 }
 
@@ -191,7 +191,7 @@ fn at_rest_the_loop_of_all_joints_is_that_of_each_joint() {
             let conditions =
                 Conditions { control_period: 2e-3, delay_samples, ..Default::default() };
             let course = at_rest();
-            let Adaptive { law, compensator, limits } = &controller;
+            let Adaptive { law, compensator, limits, .. } = &controller;
             let along = Report::new(law, limits, Some(compensator), Some(&course), &conditions);
             let along = along.unwrap().joints[0];
             let p = along.p;
@@ -217,7 +217,7 @@ fn at_rest_the_loop_of_all_joints_is_that_of_each_joint() {
 fn each_condition_that_makes_no_sense_is_named() {
     let controller = adaptive(Form::Shared, true, 7.0);
     let refused = |conditions: Conditions<'_>| {
-        let Adaptive { law, compensator, limits } = &controller;
+        let Adaptive { law, compensator, limits, .. } = &controller;
         let report = Report::new(law, limits, Some(compensator), None, &conditions);
         report.unwrap_err().parameter()
     };

@@ -24,6 +24,7 @@ mod control;
 mod design;
 mod determinism;
 #[cfg(feature = "urdf")]
+mod effects;
 mod examples;
 mod fuzzy;
 mod golden;

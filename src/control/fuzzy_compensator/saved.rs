@@ -1,7 +1,7 @@
 //! Weights as bytes: W − W₀ · W₀ · |W − W₀|² of each joint, row-major in the order of the rules.
 
 use super::{FuzzyCompensator, FuzzyState, USABLE, usable};
-use crate::control::saved::{Numbers, OTHER, put_all};
+use crate::control::bytes::{Numbers, OTHER, put_all};
 use crate::control::{Buffer, Saves};
 use crate::error::{Error, Result, within};
 use crate::math::unless_tiny;

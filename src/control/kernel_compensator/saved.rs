@@ -4,8 +4,9 @@
 
 use super::dictionary::SMALLEST_SIZE;
 use super::{KernelCompensator, KernelState, Places};
+use crate::control::bytes::{Numbers, OTHER, put_all};
 use crate::control::fuzzy_compensator::FROZEN;
-use crate::control::saved::{KERNEL, MAX_COUNT, Numbers, OTHER, put_all};
+use crate::control::saved::{KERNEL, MAX_COUNT};
 use crate::control::update::MAX_WEIGHT;
 use crate::control::{Buffer, Saves};
 use crate::error::{Error, Result, length};

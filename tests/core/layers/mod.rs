@@ -13,7 +13,7 @@ use names::{names, tokens};
 const FLOORS: [&[&str]; 7] = [
     &["error", "math", "eigen"],
     &["riccati", "fuzzy", "reference", "arm"],
-    &["control", "plant", "robot"],
+    &["control", "effects", "plant", "robot"],
     &["sim", "design", "laws"],
     &["paper"],
     &["scenario"],
@@ -21,8 +21,9 @@ const FLOORS: [&[&str]; 7] = [
 ];
 
 /// Imports within a floor, in one direction each: eigenvalues need vectors and errors,
-/// actuators have a controller's limits.
-const NEIGHBOURS: [(&str, &str); 3] = [("eigen", "error"), ("eigen", "math"), ("plant", "control")];
+/// actuators have a controller's limits, and the loop its delay.
+const NEIGHBOURS: [(&str, &str); 4] =
+    [("eigen", "error"), ("eigen", "math"), ("effects", "control"), ("plant", "control")];
 
 const MOST_LINES: usize = 400;
 

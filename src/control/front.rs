@@ -1,0 +1,229 @@
+//! What stands before the law in a sampled loop: a soft hand-over from where the arm is to the
+//! reference, a velocity from positions, a start without a jump in torque, and the loop's delay.
+//!
+//! ```text
+//! hand-over   q_d' = q_d + (δ₀ + (δ̇₀ + aδ₀)t) e^(−at),  δ₀ = e(0), δ̇₀ = ė(0), both derivatives
+//! velocity    ė' ← ė' + (1 − e^(−2πfh)) ((e' − e'₋)/h − ė'),  q̇ = q̇_d' + ė'
+//! bumpless    τ + (τ(0₋) − τ(0)) e^(−at)
+//! delay       the torque of step k acts in period k + d
+//! ```
+//!
+//! The filter is the matched one: q_d goes through the same difference and filter as q, so its lag
+//! is no error.
+
+use core::f64::consts::TAU;
+
+use super::bytes::{Numbers, put_all};
+use super::{Applied, Sample};
+use crate::error::{Error, Result, within};
+use crate::math::{Vector, around, exp, fnv_of};
+use crate::reference::Setpoint;
+
+/// Most samples between a torque and the period in which it acts.
+pub const MAX_DELAY: usize = 4;
+
+/// What stands before the law. All of it is off by default.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Front {
+    /// Rate a of the hand-over [1/s]; `None`: the error starts as it is.
+    pub hand_over: Option<f64>,
+    /// Cut-off f of the velocity filter \[Hz\]: the measured q̇ is not used. `None`: it is.
+    pub velocity_filter: Option<f64>,
+    /// Rate a at which the torque goes from the one at take-over, or else the law's resting torque,
+    /// to the law's [1/s]; `None`: at once.
+    pub bumpless: Option<f64>,
+    /// Samples d between a torque and its period, at most [`MAX_DELAY`]: what acted
+    /// in a period is then compared with what was asked for it.
+    pub delay: usize,
+}
+
+/// What the front remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct FrontMemory<const N: usize> {
+    pub view: View<N>,
+    /// Length of the period that ended last \[s\].
+    pub period: f64,
+    /// What was asked for and commanded in the periods that ended, the latest first.
+    sent: [Applied<N>; MAX_DELAY],
+}
+
+/// What it remembers of samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct View<const N: usize> {
+    /// Time since its first sample \[s\]; negative before that.
+    age: f64,
+    /// δ₀ and δ̇₀ + aδ₀.
+    offset: [Vector<N>; 2],
+    /// e' and ė' of the last sample.
+    error: [Vector<N>; 2],
+    /// τ(0₋) − τ(0) [N·m].
+    bump: Vector<N>,
+}
+
+impl<const N: usize> FrontMemory<N> {
+    /// Before the first sample.
+    pub fn new() -> Self {
+        let zeros = Vector::zeros();
+        let none = Applied { asked: zeros, tau: zeros };
+        let view = View { age: -1.0, offset: [zeros; 2], error: [zeros; 2], bump: zeros };
+        Self { view, period: 0.0, sent: [none; MAX_DELAY] }
+    }
+
+    /// Hands over anew at the next sample.
+    pub fn begin(&mut self) {
+        self.view.age = -1.0;
+    }
+
+    /// What acts until the first torque arrives.
+    pub fn wait(&mut self, tau: &Vector<N>) {
+        self.sent = [Applied { asked: *tau, tau: *tau }; MAX_DELAY];
+    }
+
+    /// Remembers what was commanded in a period of `dt` \[s\] that ends.
+    pub fn ended(&mut self, commanded: &Applied<N>, dt: f64) {
+        self.period = dt;
+        self.sent.rotate_right(1);
+        self.sent[0] = *commanded;
+    }
+
+    /// Writes it.
+    pub fn write(&self, put: &mut dyn FnMut(&[u8])) {
+        put_all(put, &[self.period, self.view.age]);
+        self.parts().for_each(|part| put_all(put, part.as_slice()));
+    }
+
+    /// What a saved state says.
+    pub(in crate::control) fn read(rest: &mut Numbers<'_>) -> Result<Self> {
+        let mut memory = Self::new();
+        (memory.period, memory.view.age) = (rest.number()?, rest.number()?);
+        let view = &mut memory.view;
+        let [offset, slope] = &mut view.offset;
+        let [error, rate] = &mut view.error;
+        let sent = memory.sent.iter_mut().flat_map(|it| [&mut it.asked, &mut it.tau]);
+        for part in [offset, slope, error, rate, &mut view.bump].into_iter().chain(sent) {
+            *part = rest.vector()?;
+        }
+        let finite = memory.parts().all(|part| part.iter().all(|x| x.is_finite()));
+        let timed = (0.0..=1.0).contains(&memory.period);
+        let aged = memory.view.age == -1.0 || memory.view.age >= 0.0;
+        if finite && timed && aged && memory.view.age.is_finite() {
+            Ok(memory)
+        } else {
+            Err(Error::damaged("its front is not a possible one"))
+        }
+    }
+
+    /// The vectors of a saved state.
+    fn parts(&self) -> impl Iterator<Item = &Vector<N>> {
+        let View { offset, error, bump, .. } = &self.view;
+        let sent = self.sent.iter().flat_map(|it| [&it.asked, &it.tau]);
+        offset.iter().chain(error).chain([bump]).chain(sent)
+    }
+}
+
+impl<const N: usize> View<N> {
+    /// q_d' with its derivatives at a sample.
+    fn handed(&self, rate: f64, seen: &Sample<N>) -> Setpoint<N> {
+        let fading = exp(-rate * self.age);
+        let [start, slope] = self.offset;
+        let along = start + slope * self.age;
+        let Setpoint { q, dq, ddq } = seen.desired;
+        Setpoint {
+            q: q + along * fading,
+            dq: dq + (slope - along * rate) * fading,
+            ddq: ddq + (along * rate - slope * 2.0) * (rate * fading),
+        }
+    }
+}
+
+impl Front {
+    /// Refuses what makes no sense.
+    ///
+    /// # Errors
+    /// `hand_over`, `velocity_filter`, `bumpless`: not finite or not > 0. `delay`: beyond
+    /// [`MAX_DELAY`].
+    pub fn validate(&self) -> Result<()> {
+        let Self { hand_over, velocity_filter, bumpless, delay } = *self;
+        let known = [
+            ("hand_over", hand_over),
+            ("velocity_filter", velocity_filter),
+            ("bumpless", bumpless),
+        ];
+        for (name, value) in known {
+            let possible = |x: f64| x > 0.0 && x.is_finite();
+            within(name, &[value.unwrap_or(1.0)], possible, "a number > 0")?;
+        }
+        if delay > MAX_DELAY {
+            return Err(Error::too_many("delay", Some(delay), MAX_DELAY));
+        }
+        Ok(())
+    }
+
+    /// Whether it does something.
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        *self != Self::default()
+    }
+
+    /// A number for what it does, on top of the law's.
+    pub(super) fn fingerprint(&self, tuning: u64) -> u64 {
+        if !self.is_on() {
+            return tuning;
+        }
+        let rates = [self.hand_over, self.velocity_filter, self.bumpless];
+        let numbers = rates.map(|rate| rate.unwrap_or(0.0));
+        fnv_of(fnv_of(tuning, numbers), [self.delay as f64])
+    }
+
+    /// What the law is to see of a sample that comes `elapsed` \[s\] after the last one.
+    pub(super) fn look<const N: usize>(
+        &self,
+        view: &mut View<N>,
+        seen: &Sample<N>,
+        elapsed: f64,
+        wraps: &[bool; N],
+    ) -> Sample<N> {
+        let first = view.age < 0.0;
+        view.age = if first { 0.0 } else { view.age + elapsed };
+        if first {
+            let rate = self.hand_over.unwrap_or(0.0);
+            view.offset = [seen.e, seen.de + seen.e * rate];
+        }
+        let desired = self.hand_over.map_or(seen.desired, |rate| view.handed(rate, seen));
+        let seen = Sample::wrapped(seen.q, seen.dq, desired, wraps);
+        let Some(cut_off) = self.velocity_filter else { return seen };
+        let [last, rate] = view.error;
+        let share = 1.0 - exp(-TAU * cut_off * elapsed);
+        let rate = Vector::from_fn(|n, _| {
+            let moved = seen.e[n] - last[n];
+            let moved = if wraps[n] { around(moved) } else { moved };
+            if first { seen.de[n] } else { rate[n] + share * (moved / elapsed - rate[n]) }
+        });
+        view.error = [seen.e, rate];
+        Sample::wrapped(seen.q, desired.dq + rate, desired, wraps)
+    }
+
+    /// What is to be added to the law's torque `tau`, where the one before the first sample was
+    /// `before` [N·m].
+    pub(super) fn cushion<const N: usize>(
+        &self,
+        view: &mut View<N>,
+        before: impl FnOnce() -> Vector<N>,
+        tau: &Vector<N>,
+    ) -> Vector<N> {
+        let Some(rate) = self.bumpless else { return Vector::zeros() };
+        if view.age == 0.0 {
+            view.bump = before() - tau;
+        }
+        view.bump * exp(-rate * view.age)
+    }
+
+    /// What acts in the period for which the torque `commanded` was decided.
+    pub(super) fn acting<const N: usize>(
+        &self,
+        memory: &FrontMemory<N>,
+        commanded: &Applied<N>,
+    ) -> Applied<N> {
+        self.delay.checked_sub(1).and_then(|k| memory.sent.get(k)).map_or(*commanded, |it| *it)
+    }
+}

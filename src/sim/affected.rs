@@ -1,0 +1,262 @@
+//! Sampled control through sensors, timing and actuators: the loop of a real machine.
+//!
+//! ```text
+//! row k        record what is really there
+//! sample j     measured = sensors(motion)      the period before ends with what the drives told
+//!              τ = step(measured)              told = limited(τ)      after `delay` samples it acts
+//! ```
+//!
+//! Rows stand on a grid of `dt`; samples may come between them.
+
+use core::ops::ControlFlow;
+
+use super::evaluation::Evaluation;
+use super::held::Held;
+use super::integrators::Motion;
+use super::options::Method;
+use super::recorder::Recorder;
+use super::run::Run;
+use super::sampled::{Guarding, Sampled};
+use super::status::Cause;
+use crate::arm::Arm;
+use crate::control::{Channel, Command, Compensator, Law, MAX_DELAY, State, Width};
+use crate::effects::{Clock, Drive, Effects, Measuring};
+use crate::error::Result;
+use crate::math::Vector;
+use crate::plant::Disturbance;
+use crate::reference::Reference;
+
+/// Times that are nearer than this share of a step are the same.
+const SAME: f64 = 1e-6;
+
+/// Signals of a loop with effects.
+pub(super) const CHANNELS: &[Channel] = &[
+    Channel {
+        name: "q_measured",
+        unit: "rad",
+        width: Width::Joints,
+        doc: "Position as the controller saw it last",
+    },
+    Channel {
+        name: "dq_measured",
+        unit: "rad/s",
+        width: Width::Joints,
+        doc: "Velocity as the sensors gave it last; a controller's own velocity filter makes another",
+    },
+    Channel {
+        name: "tau_commanded",
+        unit: "N·m",
+        width: Width::Joints,
+        doc: "Torque that the controller sent last, before delay and drives",
+    },
+    Channel {
+        name: "sample_age",
+        unit: "s",
+        width: Width::One,
+        doc: "Time since the controller's last sample",
+    },
+];
+
+/// What stands between controller and plant, in a run.
+struct Line<const N: usize> {
+    clock: Clock,
+    measuring: Measuring<N>,
+    drive: Drive<N>,
+    /// Torques on their way, the latest first; the one that has waited long enough acts.
+    sent: [Vector<N>; MAX_DELAY + 1],
+    /// What the drives told of each torque that was asked for, the latest first.
+    told: [Vector<N>; MAX_DELAY + 1],
+    /// What was measured last, and when \[s\].
+    measured: [Vector<N>; 2],
+    seen_at: f64,
+    command: Option<Command<N>>,
+}
+
+impl<const N: usize> Line<N> {
+    fn new(effects: &Effects<N>, effort_limit: [f64; N], period: f64, begun: &Vector<N>) -> Self {
+        let Effects { sensors, timing, actuators, seed } = *effects;
+        Self {
+            clock: Clock::new(timing, period, seed),
+            measuring: Measuring::new(sensors, seed),
+            drive: Drive::new(actuators, effort_limit, begun),
+            sent: [*begun; MAX_DELAY + 1],
+            told: [*begun; MAX_DELAY + 1],
+            measured: [Vector::zeros(); 2],
+            seen_at: 0.0,
+            command: None,
+        }
+    }
+
+    /// A row of the signals.
+    fn signals(&self, t: f64, row: &mut [f64]) {
+        let [q, dq] = &self.measured;
+        let sent = self.command.as_ref().map_or(&self.sent[0], |command| &command.tau);
+        let numbers = q.iter().chain(dq).chain(sent).copied().chain([t - self.seen_at]);
+        row.iter_mut().zip(numbers).for_each(|(cell, number)| *cell = number);
+    }
+}
+
+impl<const N: usize, A, D, L, C, R> Sampled<'_, N, A, D, L, C, R>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    R: Reference<N>,
+{
+    /// The run through effects, or of a plant that changes.
+    #[inline(never)]
+    pub fn run_affected<S>(
+        &self,
+        effects: &Effects<N>,
+        state: &mut State<N, S>,
+        mut motion: Motion<N>,
+        mut record: Recorder<N>,
+        mut monitor: impl FnMut(f64) -> ControlFlow<()>,
+        mut guard: Guarding<'_, N>,
+    ) -> Run<N>
+    where
+        C: Compensator<N, S>,
+    {
+        let (period, begun) = (self.hold as f64 * record.dt, state.last_tau);
+        let begun = begun.unwrap_or_else(Vector::zeros);
+        let mut line = Line::new(effects, *self.plant.effort_limit(), period, &begun);
+        let own = self.controller.compensator.channels();
+        let own: usize = own.iter().map(|channel| channel.width.of(N)).sum();
+        let mut t = 0.0;
+        'rows: for k in 0..=record.steps {
+            let row = record.time(k);
+            loop {
+                let next = line.clock.next();
+                let early = next < row - SAME * record.dt;
+                let due = early || k < record.steps && next <= row + SAME * record.dt;
+                let end = if early { next } else { row };
+                match self.glide(effects, &mut line, &mut record, motion, (t, end)) {
+                    Some(next) => (motion, t) = (next, end),
+                    None => {
+                        record.diverged(t, Cause::StepTooShort);
+                        break 'rows;
+                    }
+                }
+                if !due {
+                    break;
+                }
+                if let Err(error) = self.sample(effects, &mut line, state, &motion, t, &mut guard) {
+                    record.diverged(t, Cause::Rejected(error));
+                    break 'rows;
+                }
+            }
+            let Some(command) = line.command else { break };
+            let held = self.held(effects, &line.drive.arrived(), t);
+            let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
+            let audit = if record.takes(k) { self.audit(state) } else { None };
+            let ddq = held.acceleration(&motion, t);
+            let at = Evaluation::new(t, sample, command, held.applied, &ddq, audit);
+            if !record.check(&at) {
+                break;
+            }
+            record.take(k, &at, |row| {
+                let (compensator, effects) = row.split_at_mut(own);
+                self.signals(state, compensator);
+                line.signals(t, effects);
+            });
+            if k < record.steps && monitor(t).is_break() {
+                record.interrupted(t);
+                break;
+            }
+        }
+        let told = line.told[self.controller.front.delay];
+        if let Err(error) = self.controller.end_period(state, Some(&told)) {
+            record.diverged(record.time(record.steps), Cause::Rejected(error));
+        }
+        record.finish()
+    }
+
+    /// A sample at time `t`: what is measured, and the torque for it.
+    fn sample<S>(
+        &self,
+        effects: &Effects<N>,
+        line: &mut Line<N>,
+        state: &mut State<N, S>,
+        Motion { q, dq }: &Motion<N>,
+        t: f64,
+        guard: &mut Guarding<'_, N>,
+    ) -> Result<()>
+    where
+        C: Compensator<N, S>,
+    {
+        let kept = line.clock.take();
+        let (period, begun) = (self.hold as f64 * self.dt, line.command.is_none());
+        let elapsed = if begun { period } else { t - line.seen_at };
+        let command = if kept {
+            line.measured = line.measuring.measure(q, dq, elapsed).into();
+            line.seen_at = t;
+            let [q, dq] = &line.measured;
+            let sample = self.controller.sample(q, dq, &self.reference.at(t));
+            let told = (!begun).then(|| line.told[self.controller.front.delay]);
+            match guard {
+                None => {
+                    if !begun {
+                        self.controller.lasted(state, elapsed)?;
+                    }
+                    Some(self.decide(state, told.as_ref(), &sample, period)?)
+                }
+                Some((guard, memory)) => {
+                    let turn = (*guard, &mut **memory);
+                    Some(self.decide_guarded(turn, state, told.as_ref(), &sample, elapsed))
+                }
+            }
+        } else if let Some((guard, memory)) = guard {
+            Some(self.missed((*guard, &mut **memory), state))
+        } else {
+            None
+        };
+        let told = match &command {
+            None => line.sent[0],
+            Some(command) => {
+                let told = line.drive.ask(&command.tau, elapsed);
+                line.told.rotate_right(1);
+                line.told[0] = told;
+                told
+            }
+        };
+        line.command = command.or(line.command);
+        line.sent.rotate_right(1);
+        line.sent[0] = told;
+        line.drive.act(&line.sent[effects.timing.delay]);
+        Ok(())
+    }
+
+    /// The plant under what arrives at its joints.
+    fn held<'a>(
+        &'a self,
+        effects: &'a Effects<N>,
+        arriving: &Vector<N>,
+        t: f64,
+    ) -> Held<'a, N, A, D> {
+        let held = Held::new(self.plant, t, arriving);
+        let cogs = effects.actuators.cogging.iter().any(|c| *c > 0.0);
+        if cogs { held.cogging(&effects.actuators) } else { held }
+    }
+
+    /// The motion at time `end` \[s\], from that at `t`; `None` if the error control gave up.
+    fn glide(
+        &self,
+        effects: &Effects<N>,
+        line: &mut Line<N>,
+        record: &mut Recorder<N>,
+        motion: Motion<N>,
+        (t, end): (f64, f64),
+    ) -> Option<Motion<N>> {
+        let h = end - t;
+        if h <= SAME * record.dt {
+            return Some(motion);
+        }
+        let arriving = line.drive.arriving(h);
+        let held = self.held(effects, &arriving, t);
+        let ddq = match self.method {
+            Method::Rk4 => held.acceleration(&motion, t),
+            Method::Dp54(_) => Vector::zeros(),
+        };
+        held.move_on(self.method, record, (&motion, &ddq), (t, h, end))
+    }
+}
