@@ -12,7 +12,7 @@ Errors name the argument, what it got and what it wants: ``TypeError`` for a wro
 
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
-from typing import Any, Literal, Self, TypedDict, final
+from typing import Any, Literal, Protocol, Self, TypedDict, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,7 +22,9 @@ __all__ = [
     "MAX_RECORD_BYTES",
     "Arm",
     "ComputedTorque",
+    "Controller",
     "Curve",
+    "Effects",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
@@ -56,6 +58,11 @@ _Array = NDArray[np.float64]
 _Triple = tuple[_Array, _Array, _Array]
 _JointKind = Literal["revolute", "continuous", "prismatic"]
 _Signal = Literal["e", "de", "q", "dq", "q_d", "dq_d", "ddq_d"]
+class _Stepping(Protocol):
+    def step(
+        self, q: _Array, dq: _Array, q_d: _Array, dq_d: _Array, ddq_d: _Array, dt: float, /
+    ) -> ArrayLike: ...
+
 _Inputs = (
     Literal["error", "state", "reference", "trajectory"]
     | _Signal
@@ -647,49 +654,59 @@ class FuzzyCompensator(Settings):
     def merge_tolerance(self) -> float | None:
         """The part of a state that a merge may lose; None without a dictionary."""
 
-@final
-class ComputedTorque:
-    """Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
+@disjoint_base
+class Controller:
+    """A controller with a law, and all that it remembers. `laws` makes them by name.
 
-    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint of
-    ``arm`` is continuous, e is taken around the circle, -π <= e < π.
-
-    The object remembers its weights, its last torque, the number of its steps, and the period that
-    is going on. Pickled or saved and restored, its next torques are the same to the bit. What
-    remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+    It remembers what it learnt, its last torque, the number of its steps, and the period that is
+    going on. Pickled or saved and restored, its next torques are the same to the bit. What
+    remembers is equal to itself alone; ``copy.replace(controller, delay=1)`` is another, before its
     first step.
 
     Parameters
     ----------
     arm: what the controller believes of the arm, with n joints.
-    kp: K_p [1/s²], scalar or (n,), > 0.
-    kv: K_v [1/s], scalar or (n,), > 0.
-    compensator: produces ρ̂; None for plain computed torque.
+    law: a dict of its name, ``{"law": "super_twisting", ...}``, and its parameters, as the
+        functions of `laws` make it and a scenario file has it; or a controller of your own: an
+        object with a method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``.
     effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
     effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
         simulations only. It counts from the torque commanded last.
     last_tau: the torque that is on the robot when the controller takes over [N·m], scalar or (n,),
-        at most 1e10: what the rate limit of the first sample counts from. None: what holds ``arm``
-        at rest there.
+        at most 1e10. None: what holds ``arm`` at rest there.
+    hand_over: rate a [1/s] at which the reference is taken over from where the arm is:
+        ``q_d' = q_d + (δ + (δ̇ + aδ)t) exp(-at)``, δ the error at the first sample. None: at once.
+    velocity_filter: cut-off [Hz] of a velocity that is made of positions, by the difference of the
+        error through a first-order filter; the measured one is not used then. None: it is.
+    bumpless: rate [1/s] at which the torque goes from ``last_tau`` to the law's. None: at once.
+    delay: samples, 0 to 4, between a torque and the period in which it acts.
+    control_period: the period of the loop [s], for laws whose gains or conditions depend on it; a
+        law that it does not suit is refused. None: not known.
 
     Raises
     ------
-    NoStabilizingSolution
-        If (19) has no solution for these gains and the compensator's Q and γ.
     ValueError, TypeError
-        Naming the parameter.
+        Naming the parameter, or the condition of the law that does not hold.
     """
 
     def __new__(
         cls,
         arm: Arm,
-        kp: ArrayLike,
-        kv: ArrayLike,
-        compensator: FuzzyCompensator | None = None,
+        law: Mapping[str, Any] | _Stepping,
         effort_limit: ArrayLike | None = None,
         effort_rate_limit: ArrayLike | None = None,
         last_tau: ArrayLike | None = None,
-    ) -> ComputedTorque: ...
+        hand_over: float | None = None,
+        velocity_filter: float | None = None,
+        bumpless: float | None = None,
+        delay: int | None = None,
+        control_period: float | None = None,
+    ) -> Self: ...
+    @property
+    def law(self) -> Any:
+        """The law: a dict of its name and parameters, or the object that was given."""
+    def start_hand_over(self) -> None:
+        """Hand over anew at the next sample, to another reference."""
     def step(
         self,
         q: ArrayLike,
@@ -699,6 +716,7 @@ class ComputedTorque:
         ddq_d: ArrayLike,
         dt: float,
         applied: ArrayLike | None = None,
+        elapsed: float | None = None,
     ) -> _Array:
         """One sample: the torque [N·m], (n,), to hold for ``dt`` [s]; adapts the weights meanwhile.
 
@@ -711,7 +729,8 @@ class ComputedTorque:
         let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
         is learnt from a period in which it differs from what the law asked for, by whatever
         little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
-        step it says nothing.
+        step it says nothing. ``elapsed`` [s]: the time since the last step, as it was measured,
+        where the loop jitters; None: the ``dt`` of that step.
 
         Raises ValueError or TypeError naming what does not fit; nothing has changed then, bit for
         bit. For ``tau``, a torque that would be infinite, the period before has ended.
@@ -744,6 +763,87 @@ class ComputedTorque:
     @property
     def arm(self) -> Arm:
         """The nominal arm."""
+    def freeze(self, applied: ArrayLike | None = None) -> None:
+        """Stop adapting; the weights stay in use.
+
+        The latest period ends, and is still learnt from: ``applied`` [N·m], (n,), is the torque
+        that acted in it, as in `step`; None: what `step` gave, or a guard sent. Raises TypeError
+        without a compensator.
+        """
+
+    def unfreeze(self) -> None:
+        """Adapt again. Raises TypeError without a compensator."""
+    @property
+    def frozen(self) -> bool:
+        """Whether adaptation is stopped."""
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write what the controller remembers (weights, last torque, latest period) to a file.
+
+        The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
+        fails; what was there stays then. Other threads may use the controller meanwhile.
+        """
+    def load(self, path: str | PathLike[str], other: bool = False) -> None:
+        """Read what `save` wrote; the next torques are then the same to the bit.
+
+        Raises ValueError for a damaged file, or one of a controller with another nominal arm, other
+        gains, another compensator or other sets, which it names, and OSError if the file cannot be
+        read; nothing has changed then. ``other=True`` takes the state of another controller of the
+        same size all the same: you know that its weights are right here. A file of version 1 does
+        not say whose it is, and is taken with a UserWarning.
+        """
+    def __getstate__(self) -> bytes: ...
+    def __setstate__(self, bytes: bytes) -> None: ...
+    def __replace__(self, /, **changes: Any) -> Self: ...
+    def __reduce__(self) -> tuple[type[Self], tuple[Any, ...], bytes]: ...
+
+@final
+class ComputedTorque(Controller):
+    """Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
+
+    ``tau = M₀ (v - ρ̂) + H₀`` with ``v = ddq_d - K_v de - K_p e``, ``e = q - q_d``. Where a joint of
+    ``arm`` is continuous, e is taken around the circle, -π <= e < π.
+
+    The object remembers its weights, its last torque, the number of its steps, and the period that
+    is going on. Pickled or saved and restored, its next torques are the same to the bit. What
+    remembers is equal to itself alone; ``copy.replace(tracker, kp=9.0)`` is another, before its
+    first step.
+
+    Parameters
+    ----------
+    arm: what the controller believes of the arm, with n joints.
+    kp: K_p [1/s²], scalar or (n,), > 0.
+    kv: K_v [1/s], scalar or (n,), > 0.
+    compensator: produces ρ̂; None for plain computed torque.
+    effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
+    effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
+        simulations only. It counts from the torque commanded last.
+    last_tau: the torque that is on the robot when the controller takes over [N·m], scalar or (n,),
+        at most 1e10: what the rate limit of the first sample counts from. None: what holds ``arm``
+        at rest there.
+    hand_over, velocity_filter, bumpless, delay: what stands before the law; see `Controller`.
+
+    Raises
+    ------
+    NoStabilizingSolution
+        If (19) has no solution for these gains and the compensator's Q and γ.
+    ValueError, TypeError
+        Naming the parameter.
+    """
+
+    def __new__(
+        cls,
+        arm: Arm,
+        kp: ArrayLike,
+        kv: ArrayLike,
+        compensator: FuzzyCompensator | None = None,
+        effort_limit: ArrayLike | None = None,
+        effort_rate_limit: ArrayLike | None = None,
+        last_tau: ArrayLike | None = None,
+        hand_over: float | None = None,
+        velocity_filter: float | None = None,
+        bumpless: float | None = None,
+        delay: int | None = None,
+    ) -> ComputedTorque: ...
     @property
     def kp(self) -> _Array:
         """K_p [1/s²], (n,)."""
@@ -779,38 +879,6 @@ class ComputedTorque:
         """
     def warm_start(self, weights: ArrayLike) -> None:
         """Set W, and make it the W₀ that leak, e-modification and projection pull to."""
-    def freeze(self, applied: ArrayLike | None = None) -> None:
-        """Stop adapting; the weights stay in use.
-
-        The latest period ends, and is still learnt from: ``applied`` [N·m], (n,), is the torque
-        that acted in it, as in `step`; None: what `step` gave, or a guard sent. Raises TypeError
-        without a compensator.
-        """
-
-    def unfreeze(self) -> None:
-        """Adapt again. Raises TypeError without a compensator."""
-    @property
-    def frozen(self) -> bool:
-        """Whether adaptation is stopped."""
-    def save(self, path: str | PathLike[str]) -> None:
-        """Write what the controller remembers (weights, last torque, latest period) to a file.
-
-        The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
-        fails; what was there stays then. Other threads may use the controller meanwhile.
-        """
-    def load(self, path: str | PathLike[str], other: bool = False) -> None:
-        """Read what `save` wrote; the next torques are then the same to the bit.
-
-        Raises ValueError for a damaged file, or one of a controller with another nominal arm, other
-        gains, another compensator or other sets, which it names, and OSError if the file cannot be
-        read; nothing has changed then. ``other=True`` takes the state of another controller of the
-        same size all the same: you know that its weights are right here. A file of version 1 does
-        not say whose it is, and is taken with a UserWarning.
-        """
-    def __getstate__(self) -> bytes: ...
-    def __setstate__(self, bytes: bytes) -> None: ...
-    def __replace__(self, /, **changes: Any) -> ComputedTorque: ...
-    def __reduce__(self) -> tuple[type[ComputedTorque], tuple[Any, ...], bytes]: ...
 
 @final
 class Guard:
@@ -950,6 +1018,9 @@ class Plant(Settings):
     disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
         torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
     effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
+    changes: pairs (time [s], arm), times increasing: from then on another arm in the place of the
+        one before, such as one with a payload that is picked up, or with other friction. Position
+        and velocity go on. For sampled simulations only.
     """
 
     def __new__(
@@ -957,6 +1028,7 @@ class Plant(Settings):
         arm: Arm,
         disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
         effort_limit: ArrayLike | None = None,
+        changes: Sequence[tuple[float, Arm]] | None = None,
     ) -> Plant: ...
     @property
     def arm(self) -> Arm:
@@ -964,6 +1036,9 @@ class Plant(Settings):
     @property
     def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
         """τ_d as it was given."""
+    @property
+    def changes(self) -> tuple[tuple[float, Arm], ...] | None:
+        """Pairs (time [s], arm) of what changes, or None."""
     @property
     def effort_limit(self) -> _Array:
         """Largest torque of each actuator [N·m], (n,); inf without a limit."""
@@ -976,6 +1051,54 @@ class Plant(Settings):
         would be unstable. Returns q [rad] and dq [rad/s] at t + dt.
         Raises ValueError naming what is not finite, and whatever a callable disturbance raises.
         """
+
+@final
+class Effects(Settings):
+    """Sensors, timing and actuators of a real machine, seeded: all of them are off by default.
+
+    For `simulate` with a ``control_period``. What was measured and sent is recorded:
+    ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.sample_age``. The same
+    seed gives the same bits.
+
+    Parameters
+    ----------
+    encoder_bits: bits of each encoder in a turn of its joint, scalar or (n,); None: exact.
+    noise: standard deviation of positions, before the encoder [rad], scalar or (n,).
+    velocity: where velocities come from: "measured" (the joint's own, with ``velocity_noise``
+        [rad/s]), "difference" of positions through a first-order filter of ``velocity_cutoff`` [Hz],
+        a "tracking" differentiator of ``velocity_bandwidth`` [rad/s], or a "kalman" filter in its
+        steady state that counts with accelerations of ``velocity_acceleration`` [rad/s²].
+    velocity_noise, velocity_cutoff, velocity_bandwidth, velocity_acceleration: as above.
+    delay: samples, 0 to 4, between a torque and the period in which it acts.
+    jitter: by how much a period may differ from its length, as a share of it, 0 to 0.9.
+    drop: probability that a sample is lost, 0 to 0.9; the torque before it is held on.
+    effort_rate_limit: largest change of each torque that a drive follows [N·m/s], scalar or (n,).
+    gain: what arrives of a torque, as a share, scalar or (n,).
+    lag: time constant of each drive [s], scalar or (n,).
+    cogging: largest cogging torque [N·m], scalar or (n,), ``cogging_per_turn`` times in a turn.
+    cogging_per_turn: as above.
+    seed: of all that is random, a whole number >= 0.
+    """
+
+    def __new__(
+        cls,
+        encoder_bits: ArrayLike | None = None,
+        noise: ArrayLike | None = None,
+        velocity: Literal["measured", "difference", "tracking", "kalman"] | None = None,
+        velocity_noise: ArrayLike | None = None,
+        velocity_cutoff: float | None = None,
+        velocity_bandwidth: float | None = None,
+        velocity_acceleration: float | None = None,
+        delay: int | None = None,
+        jitter: float | None = None,
+        drop: float | None = None,
+        effort_rate_limit: ArrayLike | None = None,
+        gain: ArrayLike | None = None,
+        lag: ArrayLike | None = None,
+        cogging: ArrayLike | None = None,
+        cogging_per_turn: float | None = None,
+        seed: int | None = None,
+    ) -> Effects: ...
 
 @disjoint_base
 class Curve(Settings):
@@ -1118,7 +1241,7 @@ def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolut
 
 def simulate(
     plant: Plant,
-    tracker: ComputedTorque | Guard,
+    tracker: Controller | Guard,
     reference: Sines | Quintic | Table | _ReferenceCallable,
     duration: float,
     dt: float,
@@ -1130,6 +1253,7 @@ def simulate(
     atol: float,
     record_every: int,
     record: str,
+    effects: Effects | None,
     progress: Callable[[float], object] | None,
 ) -> tuple[dict[str, Any], BaseException | None]:
     """Run `steadyarm.simulate`; the tracker given stays as it is.
@@ -1182,7 +1306,7 @@ def design(
     """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
 
 def choices(
-    tracker: ComputedTorque | Guard,
+    tracker: Controller | Guard,
     plant: Plant,
     path: Sines | Quintic | Table | None,
     duration: float,

@@ -5,13 +5,13 @@ use crate::math::Vector;
 
 /// Puts numbers.
 #[inline(never)]
-pub(super) fn put_all(put: &mut dyn FnMut(&[u8]), values: &[f64]) {
+pub(crate) fn put_all(put: &mut dyn FnMut(&[u8]), values: &[f64]) {
     values.iter().for_each(|x| put(&x.to_le_bytes()));
 }
 
 /// Bytes that are numbers of eight bytes each.
 #[derive(Clone, Copy)]
-pub(super) struct Numbers<'a>(pub &'a [u8]);
+pub(crate) struct Numbers<'a>(pub &'a [u8]);
 
 impl<'a> Numbers<'a> {
     fn word(&mut self) -> Result<[u8; 8]> {

@@ -5,7 +5,8 @@
 //! This file has the one adapter from them to the stages of a Runge-Kutta step,
 //! `z = z₀ + h Σ aⱼ żⱼ`, and to a sampled controller's Euler step.
 
-use super::{Applied, Audit, Compensator, MAX_STAGES, Sample, Stage};
+use super::bytes::{Numbers, put_all};
+use super::{Applied, Audit, Compensator, MAX_STAGES, Sample, Saves, Stage};
 use crate::error::{Result, finite};
 use crate::math::Vector;
 
@@ -27,6 +28,11 @@ pub trait Dynamic<const N: usize, const K: usize> {
     /// ż [1/s]. An integrator of the error holds where the torque was [limited](Applied::limited).
     /// An observer of the arm goes on with the torque that acted.
     fn rate(&self, z: &Vector<K>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<K>;
+
+    /// A number for its parameters: with others, z says something else. The default is 0.
+    fn tuning(&self) -> u64 {
+        0
+    }
 }
 
 /// The memory of a [`Dynamic`], and what the stages of the current step recorded.
@@ -115,5 +121,51 @@ impl<const N: usize, const K: usize, D: Dynamic<N, K>> Compensator<N, DynamicSta
 
     fn audit(&self, _: &DynamicState<K>, _: usize, _: &Sample<N>) -> Option<Audit<N>> {
         None
+    }
+}
+
+/// z is there.
+const BEGUN: u64 = 128;
+
+impl<const N: usize, const K: usize, D: Dynamic<N, K>> Saves<N, DynamicState<K>> for D {
+    fn known_flags(&self) -> u64 {
+        BEGUN
+    }
+
+    fn entries(&self) -> &'static str {
+        "numbers"
+    }
+
+    fn size(&self) -> usize {
+        K
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        [self.tuning(), 0]
+    }
+
+    fn flags(&self, state: &DynamicState<K>) -> u64 {
+        if state.z.is_some() { BEGUN } else { 0 }
+    }
+
+    fn advances(&self, _: &DynamicState<K>) -> u64 {
+        0
+    }
+
+    fn write(&self, state: &DynamicState<K>, put: &mut dyn FnMut(&[u8])) {
+        put_all(put, state.z.unwrap_or_else(Vector::zeros).as_slice());
+    }
+
+    fn check(&self, _: u64, part: &[u8]) -> Result<()> {
+        let mut rest = Numbers(part);
+        finite("z", rest.vector::<K>()?.as_slice())?;
+        rest.end()
+    }
+
+    fn take(&self, state: &mut DynamicState<K>, flags: u64, _: u64, part: &[u8]) {
+        *state = DynamicState::new();
+        if let (true, Ok(z)) = (flags & BEGUN != 0, Numbers(part).vector()) {
+            state.z = Some(z);
+        }
     }
 }

@@ -10,6 +10,8 @@
 //! around a controller in a real loop.
 
 mod adaptation;
+#[cfg(feature = "std")]
+mod boxed;
 mod bytes;
 mod channel;
 mod compensator;
@@ -31,6 +33,9 @@ mod update;
 
 pub use crate::fuzzy::Buffer;
 pub use adaptation::Adaptation;
+#[cfg(feature = "std")]
+pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
+pub(crate) use bytes::{Numbers, put_all};
 pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
 pub use computed_torque::{ComputedTorque, Feedback, Gains};

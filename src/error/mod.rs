@@ -61,6 +61,12 @@ impl Error {
         Self::new(parameter, Problem::TooMany { got, limit })
     }
 
+    /// [`Problem::Missing`].
+    #[cfg(feature = "urdf")]
+    pub(crate) const fn missing(parameter: &'static str) -> Self {
+        Self::new(parameter, Problem::Missing)
+    }
+
     /// [`Problem::RecordTooLarge`], naming `record_every`.
     #[cfg(feature = "std")]
     pub(crate) const fn record_too_large(

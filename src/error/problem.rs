@@ -24,6 +24,8 @@ pub enum Problem {
         /// What would be accepted, in words and units.
         wanted: &'static str,
     },
+    /// A parameter that has to be there is not.
+    Missing,
     /// A parameter has the wrong number of entries.
     #[non_exhaustive]
     WrongLength {
@@ -132,6 +134,7 @@ impl Problem {
         match self {
             Self::NotFinite { got } => write!(f, "got {}, wants a finite number", Number(got)),
             Self::OutOfRange { got, wanted } => write!(f, "got {}, wants {wanted}", Number(got)),
+            Self::Missing => f.write_str("is missing, wants a value"),
             Self::WrongLength { got, wanted } => write!(f, "got {got} entries, wants {wanted}"),
             Self::TooMany { got: Some(got), limit } => {
                 write!(f, "got {got}, wants at most {limit}")

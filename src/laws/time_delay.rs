@@ -6,8 +6,8 @@
 //! period. Source: Youcef-Toumi and Ito 1990; Hsia 1989.
 
 use crate::arm::{Arm, Factor};
-use crate::control::{Applied, Audit, Compensator, Sample, Stage};
-use crate::error::Result;
+use crate::control::{Applied, Audit, Compensator, Numbers, Sample, Saves, Stage, put_all};
+use crate::error::{Result, finite, within};
 use crate::math::Vector;
 
 /// The memory of one sample as a compensator.
@@ -77,4 +77,59 @@ impl<const N: usize, A: Arm<N>> Compensator<N, TimeDelayState<N>> for TimeDelay<
     fn audit(&self, _: &TimeDelayState<N>, _: usize, _: &Sample<N>) -> Option<Audit<N>> {
         None
     }
+}
+
+/// A sample was seen.
+const BEGUN: u64 = 128;
+
+impl<const N: usize, A: Arm<N>> Saves<N, TimeDelayState<N>> for TimeDelay<A> {
+    fn known_flags(&self) -> u64 {
+        BEGUN
+    }
+
+    fn entries(&self) -> &'static str {
+        "numbers"
+    }
+
+    fn size(&self) -> usize {
+        2 * N + 1
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        [self.arm.fingerprint(), 0]
+    }
+
+    fn flags(&self, state: &TimeDelayState<N>) -> u64 {
+        if state.past.is_some() { BEGUN } else { 0 }
+    }
+
+    fn advances(&self, _: &TimeDelayState<N>) -> u64 {
+        0
+    }
+
+    fn write(&self, state: &TimeDelayState<N>, put: &mut dyn FnMut(&[u8])) {
+        let none = Past { dq: Vector::zeros(), tau: Vector::zeros(), dt: 0.0 };
+        let Past { dq, tau, dt } = state.past.as_ref().unwrap_or(&none);
+        [dq.as_slice(), tau.as_slice(), &[*dt]].into_iter().for_each(|part| put_all(put, part));
+    }
+
+    fn check(&self, flags: u64, part: &[u8]) -> Result<()> {
+        let Past { dq, tau, dt } = past::<N>(part)?;
+        finite("past", dq.as_slice())?;
+        finite("past", tau.as_slice())?;
+        let possible = |dt| if flags & BEGUN != 0 { dt > 0.0 && dt <= 1.0 } else { dt == 0.0 };
+        within("past", &[dt], possible, "the length of a period")
+    }
+
+    fn take(&self, state: &mut TimeDelayState<N>, flags: u64, _: u64, part: &[u8]) {
+        let past = past(part).ok().filter(|_| flags & BEGUN != 0);
+        *state = TimeDelayState { past, ..TimeDelayState::new() };
+    }
+}
+
+fn past<const N: usize>(part: &[u8]) -> Result<Past<N>> {
+    let mut rest = Numbers(part);
+    let past = Past { dq: rest.vector()?, tau: rest.vector()?, dt: rest.number()? };
+    rest.end()?;
+    Ok(past)
 }

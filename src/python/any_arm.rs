@@ -3,9 +3,14 @@
 use pyo3::prelude::*;
 
 use super::dispatch::by_joints;
-use crate::arm::{Arm, JointFriction, JointKind, JointLimits, JointStop, Pose, Serial, TwoLink};
+use crate::arm::{
+    Arm, JointFriction, JointKind, JointLimits, JointStop, Parametric, Pose, Regressor, Serial,
+    TwoLink,
+};
+use crate::control::BoxedCompensator;
 use crate::math::{Matrix, Vector};
 use crate::robot::Description;
+use crate::scenario::{Adapts, Natural, Uses, no_bodies};
 
 by_joints! {
     /// Any arm of any joint count.
@@ -177,5 +182,44 @@ impl<const N: usize> Arm<N> for AnyArm<N> {
     #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<N>, dq: &Vector<N>, tau: &Vector<N>) -> Vector<N> {
         of_inner!(self.forward_dynamics(q, dq, tau), back)
+    }
+}
+
+/// Of the two-link arm; no other has five.
+impl<const N: usize> Parametric<N, 5> for AnyArm<N> {
+    fn slotine_li_regressor(
+        &self,
+        q: &Vector<N>,
+        dq: &Vector<N>,
+        dq_r: &Vector<N>,
+        ddq_r: &Vector<N>,
+    ) -> Regressor<N, 5> {
+        let Self::TwoLink(arm) = self else { return Regressor::<N, 5>::zeros() };
+        let of_two = arm.slotine_li_regressor(&two(q), &two(dq), &two(dq_r), &two(ddq_r));
+        Regressor::<N, 5>::from_fn(|n, k| of_two[(n, k)])
+    }
+
+    fn inertial_parameters(&self) -> Vector<5> {
+        let Self::TwoLink(arm) = self else { return Vector::<5>::zeros() };
+        arm.inertial_parameters()
+    }
+}
+
+impl<const N: usize> Adapts<N> for AnyArm<N>
+where
+    Serial<N>: Adapts<N>,
+{
+    fn with_parameters<U: Uses<N>>(&self, uses: U) -> U::Output {
+        match self {
+            Self::TwoLink(_) => uses.of::<5, Self>(self),
+            Self::Serial(arm) => arm.with_parameters(uses),
+        }
+    }
+
+    fn natural(&self, how: &Natural<N>) -> crate::error::Result<BoxedCompensator<N>> {
+        match self {
+            Self::TwoLink(_) => Err(no_bodies()),
+            Self::Serial(arm) => arm.natural(how),
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! Any compensator behind one type, for a tracker: none, or the fuzzy one in either form.
+//! Any compensator behind one type, for a tracker: none, the fuzzy one in either form, or what
+//! another law remembers.
 
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -7,7 +8,7 @@ use pyo3::types::PyDict;
 use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
-    Applied, Audit, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
+    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
     KernelState, NoCompensation, Sample, Saves, Stage,
 };
 use crate::design::Subject;
@@ -19,6 +20,10 @@ pub(super) enum AnyCompensator<const N: usize> {
     None,
     Fuzzy(Box<FuzzyCompensator<N>>),
     Kernel(Box<KernelCompensator<N>>),
+    /// That of another law.
+    Other(BoxedCompensator<N>),
+    /// None, of a controller of one's own, which works from sample to sample.
+    Own,
 }
 
 /// What it remembers: the variant of its compensator, which [`AnyCompensator::state`] sees to.
@@ -27,6 +32,7 @@ pub(super) enum Memory<const N: usize> {
     None,
     Fuzzy(Box<FuzzyState<N, Vec<f64>>>),
     Kernel(Box<KernelState<N, Vec<f64>>>),
+    Other(BoxedState),
 }
 
 /// `$body` for a compensator with its own state, or `$none`.
@@ -35,6 +41,7 @@ macro_rules! both {
         match ($any, $memory) {
             (AnyCompensator::Fuzzy($compensator), Memory::Fuzzy($state)) => $body,
             (AnyCompensator::Kernel($compensator), Memory::Kernel($state)) => $body,
+            (AnyCompensator::Other($compensator), Memory::Other($state)) => $body,
             _ => $none,
         }
     };
@@ -77,9 +84,18 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
 
     fn channels(&self) -> &'static [Channel] {
         match self {
-            Self::None => &[],
+            Self::None | Self::Own => &[],
+            Self::Other(it) => Compensator::<N, BoxedState>::channels(it),
             Self::Fuzzy(fuzzy) => Compensator::<N, FuzzyState<N, Vec<f64>>>::channels(&**fuzzy),
             Self::Kernel(kernel) => Compensator::<N, KernelState<N, Vec<f64>>>::channels(&**kernel),
+        }
+    }
+
+    fn sampled_only(&self) -> bool {
+        match self {
+            Self::Own => true,
+            Self::Other(it) => it.sampled_only(),
+            _ => false,
         }
     }
 
@@ -92,7 +108,8 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
 macro_rules! any {
     ($any:expr, $method:ident($($argument:expr),*)) => {
         match $any {
-            AnyCompensator::None => Saves::<N, ()>::$method(&NoCompensation, $($argument),*),
+            AnyCompensator::Other(it) => Saves::<N, BoxedState>::$method(it, $($argument),*),
+            AnyCompensator::None | AnyCompensator::Own => Saves::<N, ()>::$method(&NoCompensation, $($argument),*),
             AnyCompensator::Fuzzy(it) => {
                 Saves::<N, FuzzyState<N, Vec<f64>>>::$method(&**it, $($argument),*)
             }
@@ -145,10 +162,16 @@ impl<const N: usize> AnyCompensator<N> {
     /// A state before the first step.
     pub fn state(&self) -> Memory<N> {
         match self {
-            Self::None => Memory::None,
+            Self::None | Self::Own => Memory::None,
+            Self::Other(it) => Memory::Other(it.state()),
             Self::Fuzzy(fuzzy) => Memory::Fuzzy(Box::new(fuzzy.state())),
             Self::Kernel(kernel) => Memory::Kernel(Box::new(kernel.state())),
         }
+    }
+
+    /// Whether it remembers something, so that it can be frozen.
+    pub fn remembers(&self) -> bool {
+        !matches!(self, Self::None | Self::Own)
     }
 
     /// Columns of W.
@@ -159,7 +182,7 @@ impl<const N: usize> AnyCompensator<N> {
     /// It, as the one that has a matrix of weights.
     fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
         match self {
-            Self::None => Err(no_compensator()),
+            Self::None | Self::Other(_) | Self::Own => Err(no_compensator()),
             Self::Fuzzy(fuzzy) => Ok(fuzzy),
             Self::Kernel(_) => Err(no_matrix()),
         }
@@ -168,7 +191,7 @@ impl<const N: usize> AnyCompensator<N> {
     /// It, as the subject of a design report; `None` where there is nothing to report on.
     pub fn subject(&self) -> Option<&dyn Subject<N>> {
         match self {
-            Self::None => None,
+            Self::None | Self::Other(_) | Self::Own => None,
             Self::Fuzzy(fuzzy) => Some(&**fuzzy),
             Self::Kernel(kernel) => Some(&**kernel),
         }
@@ -234,6 +257,7 @@ impl<const N: usize> Memory<N> {
             (Self::Fuzzy(state), false) => state.unfreeze(),
             (Self::Kernel(state), true) => state.freeze(),
             (Self::Kernel(state), false) => state.unfreeze(),
+            (Self::Other(state), frozen) => state.set_frozen(frozen),
         }
         Ok(())
     }
@@ -243,6 +267,7 @@ impl<const N: usize> Memory<N> {
             Self::None => false,
             Self::Fuzzy(state) => state.frozen(),
             Self::Kernel(state) => state.frozen(),
+            Self::Other(state) => state.frozen(),
         }
     }
 }

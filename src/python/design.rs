@@ -3,13 +3,13 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::controller::PyController;
 use super::convert::{Any, Array, Given, count, joints, numbers, object, scalar, wrong_shape};
 use super::dispatch::{each, of_joints, other_joints};
 use super::guard::PyGuard;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
-use super::tracker::PyComputedTorque;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::design::{ArmFacts, Conditions, Course, Finding, JointReport, Learning, Report};
@@ -53,15 +53,15 @@ impl<'a, 'py> Along<'a, 'py> {
         let plant = self.plant()?;
         let (Some(path), Some(duration)) = (self.path, self.duration) else { return Ok(None) };
         let reference = Source::<N>::reference(path, "path")?;
-        let law = &tracker.controller.law;
+        let arm = tracker.controller.law.arm();
         let course = match plant {
             Some(plant) if quiet && matches!(plant.disturbance, Some(Source::Callback(_))) => {
                 let still = crate::plant::Plant::new(plant.arm.clone(), None::<Source<N>>);
                 let still = still.with_effort_limit(*plant.effort_limit())?;
-                Course::new(&law.arm, &still, &reference, duration)
+                Course::new(arm, &still, &reference, duration)
             }
-            Some(plant) => Course::new(&law.arm, plant, &reference, duration),
-            None => Course::believed(&law.arm, self.inertia_ratio, &reference, duration),
+            Some(plant) => Course::new(arm, plant, &reference, duration),
+            None => Course::believed(arm, self.inertia_ratio, &reference, duration),
         };
         let of_plant = plant.filter(|_| !quiet).and_then(|plant| plant.disturbance.as_ref());
         if let Some(error) = reference.raised().or(of_plant.and_then(Source::raised)) {
@@ -87,7 +87,7 @@ pub(super) fn design<'py>(
     plant: Given<'_, 'py>,
     duration: Given<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+    let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
     let tracker = tracker.try_borrow()?;
     let control_period = scalar(control_period, "control_period")?;
     let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
@@ -170,7 +170,7 @@ pub(super) fn choices<'py>(
         let tracker = guard.tracker.bind(tracker.py()).try_borrow()?;
         return each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, Some(&limit)));
     }
-    let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+    let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
     let tracker = tracker.try_borrow()?;
     each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, None))
 }
@@ -182,6 +182,8 @@ fn chosen<const N: usize>(
     q0: Given<'_, '_>,
     effort_limit: Option<&[f64]>,
 ) -> PyResult<Vec<String>> {
+    // Nothing is known of another law's choices.
+    let Ok(law) = tracker.controller.law.computed() else { return Ok(Vec::new()) };
     let mut course = along.course(tracker, true)?;
     if let Some(limit) = effort_limit.and_then(|limit| <&[f64; N]>::try_from(limit).ok()) {
         course = course.map(|course| course.limited(limit));
@@ -189,10 +191,10 @@ fn chosen<const N: usize>(
     let q0 = q0.map_or(Ok([0.0; N]), |q0| joints(q0, "q0"))?;
     let start =
         along.path.map(|path| Source::<N>::reference(path, "path")).transpose()?.map(|reference| {
-            let wraps = tracker.controller.law.arm.wraps();
+            let wraps = law.arm.wraps();
             Sample::wrapped(Vector::from(q0), Vector::zeros(), reference.at(0.0), &wraps)
         });
-    let (law, limits) = (&tracker.controller.law, &tracker.controller.limits);
+    let limits = &tracker.controller.limits;
     let arm = ArmFacts::of(&law.arm, course.as_ref(), limits);
     let compensator = tracker.controller.compensator.subject();
     let mut choices = arm.choices(&law.gains, compensator, course.as_ref());

@@ -13,7 +13,8 @@ use pyo3::types::{PyDict, PyList, PyTuple, PyType};
 use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 
 use crate::scenario::{
-    BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, InputSettings,
+    BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, EffectsSettings,
+    InputSettings,
     MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
     TableSettings, TwoLinkSettings,
 };
@@ -252,6 +253,11 @@ fields! {
     CompensatorSettings {
         basis, q, gain, gamma, leak_rate, error_modification, projection_radius, dead_zone,
         normalization, dictionary, merge_tolerance,
+    }
+    EffectsSettings {
+        encoder_bits, noise, velocity, velocity_noise, velocity_cutoff, velocity_bandwidth,
+        velocity_acceleration, delay, jitter, drop, effort_rate_limit, gain, lag, cogging,
+        cogging_per_turn, seed,
     }
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
     QuinticSettings { start, goal, duration, start_time }

@@ -5,13 +5,13 @@ use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use super::controller::PyController;
 use super::convert::{
     Any, Array1, Given, array1, count, joints, object, scalar, scalar_or, vector,
 };
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::guarding::{Arguments, Guards, Own, guard};
-use super::tracker::PyComputedTorque;
 use crate::control::{Cause, Event, Seen};
 use crate::math::Vector;
 use crate::reference::Setpoint;
@@ -50,7 +50,7 @@ use crate::reference::Setpoint;
 ///     Naming the parameter.
 #[pyclass(name = "Guard", module = "steadyarm")]
 pub(super) struct PyGuard {
-    pub tracker: Py<PyComputedTorque>,
+    pub tracker: Py<PyController>,
     pub guards: Guards,
 }
 
@@ -112,7 +112,7 @@ impl PyGuard {
             Ok::<u32, PyErr>(u32::try_from(count).unwrap_or(u32::MAX))
         };
         let (hold, decay) = (periods(hold, "hold")?, periods(decay, "decay")?);
-        let tracker = object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque")?;
+        let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
         let arguments = Arguments {
             control_period: scalar(control_period, "control_period")?,
             position_limits,
@@ -246,7 +246,7 @@ impl PyGuard {
 
     /// The controller that it guards.
     #[getter]
-    fn tracker(&self, py: Python<'_>) -> Py<PyComputedTorque> {
+    fn tracker(&self, py: Python<'_>) -> Py<PyController> {
         self.tracker.clone_ref(py)
     }
 

@@ -5,7 +5,7 @@ use core::any::Any as Type;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
-use super::any_arm::AnyArm;
+use super::any_law::AnyLaw;
 use super::compensator::{AnyCompensator, Memory};
 use super::convert::{Any, Given, Numbers, joints, numbers, wrong_shape};
 use super::dispatch::{by_joints, each};
@@ -13,7 +13,7 @@ use super::errors::value_error;
 use super::tracked::{Tracker, Trackers};
 use crate::arm::Serial;
 use crate::control::{
-    Brake, Command, ComputedTorque, Events, GuardMemory, GuardParameters, Guarded, Turn,
+    Brake, Command, Events, GuardMemory, GuardParameters, Guarded, Turn,
 };
 use crate::error::{Error, Result};
 use crate::math::Vector;
@@ -55,7 +55,7 @@ pub(super) struct Arguments<'a, 'py> {
 }
 
 type Guarding<'a, const N: usize> =
-    Turn<'a, N, ComputedTorque<N, AnyArm<N>>, AnyCompensator<N>, Memory<N>>;
+    Turn<'a, N, AnyLaw<N>, AnyCompensator<N>, Memory<N>>;
 
 impl<const N: usize> Own<N> {
     pub fn turn<'a>(&'a mut self, tracker: &'a mut Tracker<N>) -> Guarding<'a, N> {
@@ -109,7 +109,7 @@ where
         each!(trackers, Trackers, it => (&**it as &dyn Type).downcast_ref::<Tracker<N>>());
     let tracker = tracker
         .ok_or_else(|| PyTypeError::new_err("tracker: it has other joints than its guard"))?;
-    let arm = &tracker.controller.law.arm;
+    let arm = tracker.controller.law.arm();
     let none = [f64::INFINITY; N];
     let own = |limit: fn(&Serial<N>) -> [f64; N]| arm.chain().map_or(none, limit);
     let limit = |value: Given<'_, '_>, name, otherwise| {

@@ -2,13 +2,16 @@
 //! in the package.
 
 mod any_arm;
+mod any_law;
 mod arm;
 mod basis;
 mod compensator;
+mod controller;
 mod convert;
 mod curves;
 mod design;
 mod dispatch;
+mod effects;
 mod errors;
 mod form;
 mod fuzzy;
@@ -43,6 +46,7 @@ const _: () = {
     assert!(fits_python::<fuzzy::PyFuzzyApproximator>());
     assert!(fits_python::<fuzzy::PyFuzzyCompensator>());
     assert!(fits_python::<curves::PyCurve>() && fits_python::<plant::PyPlant>());
+    assert!(fits_python::<controller::PyController>());
     assert!(fits_python::<tracker::PyComputedTorque>());
 };
 
@@ -67,9 +71,13 @@ mod core_module {
     #[pymodule_export]
     use super::basis::PyFuzzyBasis;
     #[pymodule_export]
+    use super::controller::PyController;
+    #[pymodule_export]
     use super::curves::{PyCurve, PyQuintic, PySines, PyTable};
     #[pymodule_export]
     use super::design::{choices, design};
+    #[pymodule_export]
+    use super::effects::PyEffects;
     #[pymodule_export]
     use super::errors::NoStabilizingSolution;
     #[pymodule_export]

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 
 use super::any_arm::AnyArm;
 use super::arm::PyArm;
 use super::convert::{
-    Any, Array, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar,
+    Any, Array, Array1, Given, array1, finite_scalar, finite_vector, joints, scalar, wrong_type,
 };
-use super::dispatch::{by_joints, each, for_joints};
+use super::dispatch::{by_joints, each, for_joints, same_joints};
 use super::form::{Objects, PyForm, limits};
 use super::sources::Source;
 use crate::error::{finite, positive};
@@ -36,6 +37,9 @@ by_joints! {
 /// disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
 ///     torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
 /// effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
+/// changes: pairs (time [s], arm), times increasing: from then on another arm in the place of the
+///     one before, such as one with a payload that is picked up, or with other friction. Position
+///     and velocity go on. For sampled simulations only.
 #[pyclass(name = "Plant", module = "steadyarm", frozen, extends = PyForm)]
 pub(super) struct PyPlant {
     pub plants: Plants,
@@ -45,18 +49,22 @@ pub(super) struct PyPlant {
 #[pymethods]
 impl PyPlant {
     #[new]
-    #[pyo3(signature = (arm, disturbance=None, effort_limit=None))]
+    #[pyo3(signature = (arm, disturbance=None, effort_limit=None, changes=None))]
     fn new(
         py: Python<'_>,
         arm: Any<'_, '_>,
         disturbance: Given<'_, '_>,
         effort_limit: Given<'_, '_>,
+        changes: Given<'_, '_>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let joints = PyArm::of(arm)?.joints();
-        let plants = for_joints!(joints, plant(arm, disturbance, effort_limit))?;
+        let changes = changes.map(pairs).transpose()?.filter(|pairs| !pairs.is_empty());
+        let later = changes.as_deref().unwrap_or(&[]);
+        let plants = for_joints!(joints, plant(arm, disturbance, effort_limit, later))?;
         let limit = each!(&plants, Plants, plant => limits(plant.effort_limit()));
-        let names = &["arm", "disturbance", "effort_limit"];
-        let arguments = Arc::new(Objects::new(py, names, (arm, disturbance, limit))?);
+        let names = &["arm", "disturbance", "effort_limit", "changes"];
+        let changes = changes.map(|pairs| PyTuple::new(py, pairs)).transpose()?;
+        let arguments = Arc::new(Objects::new(py, names, (arm, disturbance, limit, changes))?);
         Ok(PyForm::under(arguments.clone(), Self { plants, arguments }))
     }
 
@@ -70,6 +78,12 @@ impl PyPlant {
     #[getter]
     fn disturbance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.arguments.get(py, 1)
+    }
+
+    /// Pairs (time [s], arm) of what changes, or None.
+    #[getter]
+    fn changes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.arguments.get(py, 3)
     }
 
     /// Largest torque of each actuator [N·m], (n,); inf without a limit.
@@ -107,6 +121,7 @@ fn plant<const N: usize>(
     arm: Any<'_, '_>,
     disturbance: Given<'_, '_>,
     effort_limit: Given<'_, '_>,
+    changes: &[(f64, Bound<'_, PyAny>)],
 ) -> PyResult<Plants>
 where
     Plants: From<Plant<N>>,
@@ -116,7 +131,18 @@ where
     if let Some(limit) = effort_limit {
         plant = plant.with_effort_limit(joints(limit, "effort_limit")?)?;
     }
+    for (i, (at, arm)) in changes.iter().enumerate() {
+        let arm = PyArm::of(arm)?;
+        same_joints("changes: arm", arm.joints(), N)?;
+        let changed = plant.with_change(*at, arm.any()?.clone());
+        plant = changed.map_err(|error| error.named("changes").at(i))?;
+    }
     Ok(plant.into())
+}
+
+/// Pairs of a time and an arm.
+fn pairs<'py>(changes: Any<'_, 'py>) -> PyResult<Vec<(f64, Bound<'py, PyAny>)>> {
+    changes.extract().map_err(|_| wrong_type("changes", changes, "pairs (time, arm)"))
 }
 
 /// The motion (q, dq) after a step from (q, dq) under the held torque.

@@ -5,18 +5,19 @@ use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use super::controller::PyController;
 use super::convert::{
     Any, Array, Given, columns, count, joints, matrix, matrix_of, numbers, object, scalar, word,
     wrong_shape,
 };
 use super::dispatch::{each, of_joints};
+use super::effects::PyEffects;
 use super::guard::{PyGuard, done};
 use super::guarding::{Guards, Own};
 use super::monitor::Monitor;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
-use super::tracker::PyComputedTorque;
 use crate::control::{Channel, Width};
 use crate::error::{Error, positive};
 use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolerance, Window};
@@ -31,15 +32,18 @@ struct Settings<'a, 'py> {
     record: sim::Record,
     q0: Given<'a, 'py>,
     dq0: Given<'a, 'py>,
+    effects: Given<'a, 'py>,
 }
 
 impl Settings<'_, '_> {
     fn options<const N: usize>(&self) -> PyResult<Options<N>> {
-        let Self { duration, dt, method, control_period, record_every, record, q0, dq0 } = *self;
+        let Self { duration, dt, method, control_period, record_every, record, q0, dq0, effects } =
+            *self;
         let start =
             |value: Given<'_, '_>, name| value.map_or(Ok([0.0; N]), |value| joints(value, name));
         let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
-        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every, record })
+        let effects = PyEffects::of(effects)?;
+        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every, record, effects })
     }
 }
 
@@ -49,7 +53,7 @@ impl Settings<'_, '_> {
 /// started in, and the parts of a tracker in the state that it ended in.
 #[pyfunction]
 #[pyo3(signature = (plant, tracker, reference, duration, dt, method, control_period, q0, dq0,
-    rtol, atol, record_every, record, progress))]
+    rtol, atol, record_every, record, effects, progress))]
 #[expect(clippy::too_many_arguments, reason = "called by keyword from one Python function")]
 pub(super) fn simulate<'py>(
     py: Python<'py>,
@@ -66,6 +70,7 @@ pub(super) fn simulate<'py>(
     atol: Any<'_, 'py>,
     record_every: Any<'_, 'py>,
     record: Any<'_, 'py>,
+    effects: Given<'_, 'py>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
     let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
@@ -76,16 +81,26 @@ pub(super) fn simulate<'py>(
     let record_every = count(record_every, "record_every", 1)?;
     let records = [("all", sim::Record::All), ("motion", sim::Record::Motion)];
     let record = word(record, "record", records)?;
-    let settings = Settings { duration, dt, method, control_period, record_every, record, q0, dq0 };
+    let settings = Settings {
+        duration,
+        dt,
+        method,
+        control_period,
+        record_every,
+        record,
+        q0,
+        dq0,
+        effects,
+    };
     let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
     let guard = tracker.cast::<PyGuard>().ok();
     let mut guards = guard.map(|guard| guard.try_borrow().map(|guard| guard.twin())).transpose()?;
     let guarded = guard.map(|guard| guard.borrow().tracker.clone_ref(py));
     let tracker = match &guarded {
         Some(tracker) => tracker.bind(py),
-        None => object::<PyComputedTorque>(tracker, "tracker", "a ComputedTorque or a Guard")?,
+        None => object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque, or a Guard")?,
     };
-    let mut twin = PyComputedTorque::twin(tracker)?;
+    let mut twin = PyController::twin(tracker)?;
     let start = twin.parts(py).1;
     let (plants, monitor) = (&plant.get().plants, Monitor::new(progress));
     let (record, raised) = each!(&mut twin.trackers, Trackers, tracker => {
@@ -93,7 +108,8 @@ pub(super) fn simulate<'py>(
     })?;
     record.set_item("guard", guards.map(|guards| done(py, &guards)).transpose()?)?;
     record.set_item("start", start)?;
-    record.set_item("tracker", twin.parts(py))?;
+    let (arguments, state) = twin.parts(py);
+    record.set_item("tracker", (tracker.get_type(), arguments, state))?;
     Ok((record, raised))
 }
 
@@ -123,7 +139,8 @@ fn simulated<'py, const N: usize>(
     let mut run = run?;
     // All are asked: the plant outlives the run.
     let of_disturbance = plant.disturbance.as_ref().and_then(Source::raised);
-    let raised = match monitor.raised.or(reference.raised()).or(of_disturbance) {
+    let of_law = controller.law.raised();
+    let raised = match monitor.raised.or(reference.raised()).or(of_disturbance).or(of_law) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
             run.status = Status::Interrupted { t: ended(&run) };
             None

@@ -1,28 +1,33 @@
-//! A controller with its state, of any joint count: what `ComputedTorque` holds.
+//! A controller with its state, of any joint count: what `Controller` holds.
 
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
+use super::any_law::{AnyLaw, Own};
 use super::arm::PyArm;
 use super::compensator::{AnyCompensator, Memory, compensator_of};
-use super::convert::{Any, Given, joints};
+use super::convert::{Any, Given, count, joints, scalar};
 use super::dispatch::by_joints;
+use super::effects::settings;
 use super::errors::value_error;
+use crate::arm::Serial;
 use crate::control::{
-    self, Command, ComputedTorque, FuzzyCompensator, Gains, KernelCompensator, Limits, Origin,
-    State,
+    self, Command, ComputedTorque, Front, FuzzyCompensator, Gains, KernelCompensator, Limits,
+    Origin, State,
 };
 use crate::design::{Conditions, Course, Report};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::reference::Setpoint;
+use crate::scenario::{Adapts, LawSettings};
 
 /// A controller of `N` joints.
 pub(super) type Controller<const N: usize> =
-    control::Controller<N, ComputedTorque<N, AnyArm<N>>, AnyCompensator<N>>;
+    control::Controller<N, AnyLaw<N>, AnyCompensator<N>>;
 
 /// A controller with its state.
 #[derive(Clone)]
@@ -45,19 +50,86 @@ pub(super) struct Arguments<'a, 'py> {
     pub kp: Any<'a, 'py>,
     pub kv: Any<'a, 'py>,
     pub compensator: Given<'a, 'py>,
+}
+
+/// What limits any controller, and the torque at take-over.
+pub(super) struct Limited<'a, 'py> {
     pub effort_limit: Given<'a, 'py>,
     pub effort_rate_limit: Given<'a, 'py>,
     pub last_tau: Given<'a, 'py>,
 }
 
-/// A tracker before its first step.
-pub(super) fn tracker<const N: usize>(arguments: &Arguments<'_, '_>) -> PyResult<Trackers>
+/// What stands before any law.
+pub(super) struct Fronted<'a, 'py> {
+    pub hand_over: Given<'a, 'py>,
+    pub velocity_filter: Given<'a, 'py>,
+    pub bumpless: Given<'a, 'py>,
+    pub delay: Given<'a, 'py>,
+}
+
+impl Fronted<'_, '_> {
+    fn front(&self) -> PyResult<Front> {
+        let number = |value: Given<'_, '_>, name| value.map(|it| scalar(it, name)).transpose();
+        Ok(Front {
+            hand_over: number(self.hand_over, "hand_over")?,
+            velocity_filter: number(self.velocity_filter, "velocity_filter")?,
+            bumpless: number(self.bumpless, "bumpless")?,
+            delay: self.delay.map_or(Ok(0), |it| count(it, "delay", 0))?,
+        })
+    }
+}
+
+/// A tracker of computed torque, before its first step.
+pub(super) fn tracker<const N: usize>(
+    arguments: &Arguments<'_, '_>,
+    limited: &Limited<'_, '_>,
+    fronted: &Fronted<'_, '_>,
+) -> PyResult<Trackers>
 where
     Trackers: From<Tracker<N>>,
 {
-    let Arguments { arm, kp, kv, compensator, effort_limit, effort_rate_limit, last_tau } =
-        *arguments;
+    let Arguments { arm, kp, kv, compensator } = *arguments;
     let gains = Gains::<N>::new(joints(kp, "kp")?, joints(kv, "kv")?).map_err(value_error)?;
+    let compensator = compensator.map_or(Ok(AnyCompensator::None), |it| fuzzy(it, &gains))?;
+    let law = ComputedTorque::new(PyArm::of(arm)?.any()?.clone(), gains);
+    begun(AnyLaw::Computed(law), compensator, limited, fronted)
+}
+
+/// A tracker of another law, before its first step.
+pub(super) fn other_law<const N: usize>(
+    arm: Any<'_, '_>,
+    law: Any<'_, '_>,
+    limited: &Limited<'_, '_>,
+    fronted: &Fronted<'_, '_>,
+    period: Option<f64>,
+) -> PyResult<Trackers>
+where
+    Trackers: From<Tracker<N>>,
+    Serial<N>: Adapts<N>,
+{
+    let arm: AnyArm<N> = PyArm::of(arm)?.any()?.clone();
+    let Ok(law) = law.cast::<PyDict>() else {
+        let own = AnyLaw::Own(arm, Own::new(law, period.unwrap_or(f64::NAN))?);
+        return begun(own, AnyCompensator::Own, limited, fronted);
+    };
+    let delay = fronted.front()?.delay;
+    let law: LawSettings = settings(law, "law")?;
+    let built = law.build(&arm, period, delay).map_err(value_error)?;
+    let compensator = built.compensator.map_or(AnyCompensator::None, AnyCompensator::Other);
+    begun(AnyLaw::Other(arm, built.law), compensator, limited, fronted)
+}
+
+/// A tracker of these before its first step.
+fn begun<const N: usize>(
+    law: AnyLaw<N>,
+    compensator: AnyCompensator<N>,
+    limited: &Limited<'_, '_>,
+    fronted: &Fronted<'_, '_>,
+) -> PyResult<Trackers>
+where
+    Trackers: From<Tracker<N>>,
+{
+    let Limited { effort_limit, effort_rate_limit, last_tau } = *limited;
     let limit = |value: Given<'_, '_>, name| {
         value.map_or(Ok([f64::INFINITY; N]), |value| joints(value, name))
     };
@@ -65,11 +137,10 @@ where
         effort_limit: limit(effort_limit, "effort_limit")?,
         effort_rate_limit: limit(effort_rate_limit, "effort_rate_limit")?,
     };
-    let compensator = compensator.map_or(Ok(AnyCompensator::None), |it| fuzzy(it, &gains))?;
-    let law = ComputedTorque::new(PyArm::of(arm)?.any()?.clone(), gains);
     let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from)).transpose()?;
     let state = State::new(compensator.state());
     let controller = Controller::new(law, compensator).with_limits(limits).map_err(value_error)?;
+    let controller = controller.with_front(fronted.front()?).map_err(value_error)?;
     let controller = Arc::new(controller);
     let mut tracker = Tracker { controller, state, latest: None, last_tau };
     tracker.reset(None).map_err(value_error)?;
@@ -112,8 +183,12 @@ impl<const N: usize> Tracker<N> {
         dq: &Vector<N>,
         desired: &Setpoint<N>,
         dt: f64,
+        elapsed: Option<f64>,
     ) -> Result<Vector<N>> {
         let Self { controller, state, .. } = self;
+        if let Some(elapsed) = elapsed {
+            controller.lasted(state, elapsed)?;
+        }
         let command = controller.step_after(state, applied, q, dq, desired, dt)?;
         self.latest = Some(command);
         Ok(command.tau)

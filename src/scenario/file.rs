@@ -1,11 +1,14 @@
 //! A scenario in TOML: sections with the keys of the settings.
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CompensatorSettings, ControllerSettings, Curve, CurveSettings, RunSettings, TwoLinkSettings,
+    ActualSettings, CompensatorSettings, ControllerSettings, Curve, CurveSettings,
+    EffectsSettings, FrontSettings, LawSettings, MetricsSettings, RobotSettings, RunSettings,
+    TwoLinkSettings,
 };
 use crate::error::Error;
 use crate::robot::{ReadError, limited};
@@ -26,6 +29,10 @@ use crate::robot::{ReadError, limited};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Scenario {
+    /// What it is, in a line.
+    pub title: Option<String>,
+    /// The robot that the controllers believe in.
+    pub robot: Option<RobotSettings>,
     /// The two-link arm that the controller believes in.
     pub two_link: Option<TwoLinkSettings>,
     /// The one that is really there.
@@ -40,6 +47,17 @@ pub struct Scenario {
     pub disturbance: Option<CurveSettings>,
     /// How it is simulated.
     pub run: Option<RunSettings>,
+    /// What is different on the arm that is really there.
+    pub actual: Option<ActualSettings>,
+    /// What stands between controller and arm.
+    pub effects: Option<EffectsSettings>,
+    /// What stands before every law.
+    pub front: Option<FrontSettings>,
+    /// Which figures count.
+    pub metrics: Option<MetricsSettings>,
+    /// Controllers to compare, by name.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub controllers: BTreeMap<String, LawSettings>,
 }
 
 impl Scenario {
@@ -94,7 +112,25 @@ impl Scenario {
         if let Some(run) = &self.run {
             run.check().map_err(below("run"))?;
         }
+        self.check_comparison()?;
         Ok(self)
+    }
+
+    /// Refuses what makes no sense in the sections of a comparison.
+    fn check_comparison(&self) -> Result<(), ReadError> {
+        if let Some(actual) = &self.actual {
+            if let Some(arm) = &actual.two_link {
+                arm.build().map_err(below("actual.two_link"))?;
+            }
+            actual.check().map_err(below("actual"))?;
+        }
+        if let Some(effects) = &self.effects {
+            effects.check().map_err(below("effects"))?;
+        }
+        if let Some(front) = &self.front {
+            front.build().map_err(below("front"))?;
+        }
+        self.metrics.as_ref().map_or(Ok(()), |metrics| metrics.check().map_err(below("metrics")))
     }
 
     /// The reference of `N` joints, if the file has one.

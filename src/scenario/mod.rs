@@ -6,20 +6,27 @@
 //! asked for. Python's classes hold them and TOML is read into them ([`Scenario`]): keys, defaults
 //! and refusals are the same everywhere.
 
+mod comparison;
 mod controller;
 mod curve;
+mod effects;
 mod file;
 mod fuzzy;
 mod inputs;
-
+mod law;
 mod numbers;
 mod paper;
 mod run;
 
+pub use comparison::{ActualSettings, MetricsSettings, PayloadSettings, RobotSettings};
 pub use controller::{ControllerSettings, TwoLinkSettings};
 pub use curve::{Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings};
+pub use effects::{EffectsSettings, FrontSettings, VelocityName};
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
 pub use inputs::InputSettings;
+#[cfg(feature = "python")]
+pub(crate) use law::no_bodies;
+pub use law::*;
 pub use numbers::{Numbers, PerJoint};
 pub use run::{MethodName, RunSettings};

@@ -251,6 +251,7 @@ where
         if h <= SAME * record.dt {
             return Some(motion);
         }
+        let h = if (h - record.dt).abs() <= SAME * record.dt { record.dt } else { h };
         let arriving = line.drive.arriving(h);
         let held = self.held(effects, &arriving, t);
         let ddq = match self.method {
