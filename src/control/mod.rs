@@ -30,6 +30,7 @@ pub use crate::fuzzy::Buffer;
 pub use adaptation::Adaptation;
 pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
+pub(crate) use computed_torque::keeps_up;
 pub use computed_torque::{ComputedTorque, Feedback, Gains};
 #[cfg(feature = "std")]
 pub(crate) use controller::check_period;
