@@ -56,6 +56,19 @@ impl<const N: usize> Factor<N> {
         Vector::<N>::from(x)
     }
 
+    /// A direction x with xᵀ `mass` x ≤ 0 and xₖ = 1 for one k; `None` where `mass` is positive
+    /// definite. Dₖ is the first that is not > 0, and Lx = eₖ, so that it is xᵀ `mass` x.
+    pub fn indefinite(mass: &Matrix<N>) -> Option<Vector<N>> {
+        let Self { rows, inverse_d } = Self::of(mass);
+        let k = (0..N).rev().find(|&k| inverse_d[k].is_nan())?;
+        let mut x = Vector::zeros();
+        x[k] = 1.0;
+        for i in k + 1..N {
+            x[i] = -(k..i).map(|j| rows[i][j] * x[j]).sum::<f64>();
+        }
+        Some(x)
+    }
+
     /// (M⁻¹)ᵢᵢ: `Σₖ (L⁻¹)ᵢₖ² / dₖ`.
     #[cfg(feature = "std")]
     pub fn inverse_diagonal(&self) -> Vector<N> {
@@ -96,6 +109,17 @@ mod tests {
         let back = mass() * Factor::of(&mass()).solve(&x);
         for n in 0..5 {
             assert!((back[n] - x[n]).abs() <= 1e-12 * x.norm(), "{back} {x}");
+        }
+    }
+
+    #[test]
+    fn a_matrix_that_is_not_positive_has_a_direction_that_shows_it() {
+        assert_eq!(Factor::indefinite(&mass()), None);
+        for k in 0..5 {
+            let mut shifted = mass();
+            shifted[(k, k)] *= -0.5;
+            let x = Factor::indefinite(&shifted).unwrap();
+            assert!(x.dot(&(shifted * x)) <= 0.0 && x.amax() >= 1.0, "{x}");
         }
     }
 

@@ -9,7 +9,7 @@
 
 use super::{Demand, Law, Sample};
 use crate::arm::{Arm, JointFriction};
-use crate::error::{Result, positive};
+use crate::error::{Result, positive, within};
 use crate::math::{FNV_START, Vector, fnv_of};
 
 /// What computed torque asks the arm to do: the acceleration v for a sample. It remembers nothing;
@@ -42,6 +42,38 @@ impl<const N: usize> Gains<N> {
         positive("kv", &kv)?;
         Ok(Self { kp, kv })
     }
+
+    /// Gains with both poles at −`bandwidth` p [rad/s]: K_p = p², K_v = 2p.
+    ///
+    /// # Errors
+    /// `bandwidth`: not finite or not > 0.
+    pub fn with_bandwidth(bandwidth: [f64; N]) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
+        Self::new(bandwidth.map(|p| p * p), bandwidth.map(|p| 2.0 * p))
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples: what a period
+    /// holds and a delay adds is late by (½ + d) h, and K_v (½ + d) h ≤ 0.35 leaves the loop its
+    /// damping.
+    ///
+    /// # Errors
+    /// `kv`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        keeps_up("kv", &self.kv, period, delay)
+    }
+}
+
+/// Refuses a feedback of the velocity \[1/s\] that is too fast for a period \[s\] and a delay in
+/// samples. At the crossover, near k_v, the lag k_v (½ + d) h takes so many radians of phase: 0.35
+/// of the 1.3 that two poles in one place have.
+pub(crate) fn keeps_up(
+    parameter: &'static str,
+    rates: &[f64],
+    period: f64,
+    delay: f64,
+) -> Result<()> {
+    let wanted = "a lower bandwidth or a shorter period: rate · (1/2 + delay) · period <= 0.35";
+    within(parameter, rates, |rate| rate * (0.5 + delay) * period <= 0.35, wanted)
 }
 
 impl<const N: usize> Feedback<N> for Gains<N> {

@@ -38,6 +38,7 @@ pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
 pub(crate) use bytes::{Numbers, put_all};
 pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
+pub(crate) use computed_torque::keeps_up;
 pub use computed_torque::{ComputedTorque, Feedback, Gains};
 #[cfg(feature = "std")]
 pub(crate) use controller::check_period;

@@ -4,10 +4,11 @@
 //! τ_a is the torque that acted, so it goes on while the torque is limited. Where M₀ is the arm's
 //! the error falls like exp(−Y M₀⁻¹ t). Source: Chen and others 2000; Mohammadi and others 2013.
 
+use super::bandwidth::{fastest_pole, inertia_weights};
 use super::believed;
 use crate::arm::{Arm, Factor};
 use crate::control::{Applied, Dynamic, Sample};
-use crate::error::{Error, Result, positive, within};
+use crate::error::{Result, positive, within};
 use crate::math::Vector;
 
 /// The observer on the nominal arm.
@@ -27,24 +28,26 @@ impl<const N: usize, A: Arm<N>> DisturbanceObserver<N, A> {
         Ok(Self { arm, gain })
     }
 
-    /// Refuses a period \[s\] in which z would overshoot at the pose `q`: h λmax(Y M₀⁻¹) < 1. The
-    /// largest eigenvalue is at most the trace.
+    /// The observer with Y = pD for a bandwidth p [rad/s], D the mean of M₀'s diagonal over 24
+    /// poses spread over the joints' ranges. Its poles are at −p where M₀ = D.
     ///
     /// # Errors
-    /// `control_period`.
-    pub fn suits(&self, q: &Vector<N>, period: f64) -> Result<()> {
-        let factor = Factor::of(&self.arm.mass_matrix(q));
-        let fastest: f64 = (0..N)
-            .map(|n| {
-                let unit = Vector::from_fn(|i, _| if i == n { self.gain[n] } else { 0.0 });
-                factor.solve(&unit)[n]
-            })
-            .sum();
-        if !fastest.is_finite() {
-            return Err(Error::not_finite("gain", fastest));
-        }
-        let wanted = "less than one over the sum of the observer's poles; lower its gain";
-        within("control_period", &[period], |h| h * fastest < 1.0, wanted)
+    /// `bandwidth`, `mass_matrix`: not finite or not > 0.
+    pub fn with_bandwidth(arm: A, bandwidth: [f64; N]) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
+        let weights = inertia_weights(&arm)?;
+        Self::new(arm, core::array::from_fn(|n| bandwidth[n] * weights[n]))
+    }
+
+    /// Refuses a gain with which z would overshoot in a period \[s\] with a delay in samples, at
+    /// these poses: λmax(M₀⁻¹Y) h (1 + d) < 1.
+    ///
+    /// # Errors
+    /// `gain`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        let wanted = "a lower gain or a shorter period: pole · period · (1 + delay) < 1";
+        let fastest = fastest_pole(&self.arm, &self.gain)?;
+        within("gain", &[fastest], |pole| pole * period * (1.0 + delay) < 1.0, wanted)
     }
 
     /// d̂ [N·m].

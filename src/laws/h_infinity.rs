@@ -4,9 +4,10 @@
 //! The robust term BᵀPx/r is the one that the paper's law leaves out. For `r ≤ 2γ²` there is a P
 //! for every Q. Source: Chen, Lee, Chang 1996; Chen, Lee, Feng 1994.
 
-use crate::control::{Feedback, Gains, Sample};
+use super::bandwidth::sliding_weights;
+use crate::control::{Feedback, Gains, Sample, keeps_up};
 use crate::error::{Result, positive};
-use crate::math::{Vector, fnv_of};
+use crate::math::{Vector, fnv_of, sqrt};
 use crate::riccati::{JointSolution, joint, joint_lqr};
 
 /// Feedback with a robust term.
@@ -26,21 +27,52 @@ impl<const N: usize> HInfinity<N> {
     /// large.
     pub fn new(gains: Gains<N>, q: f64, gamma: f64, r: f64) -> Result<Self> {
         positive("q", &[q])?;
+        Self::with(gains, [[q; N]; 2], gamma, r)
+    }
+
+    fn with(
+        gains: Gains<N>,
+        [q_position, q_velocity]: [[f64; N]; 2],
+        gamma: f64,
+        r: f64,
+    ) -> Result<Self> {
         positive("gamma", &[gamma])?;
         positive("r", &[r])?;
         let push = 2.0 / r - 1.0 / (gamma * gamma);
         let mut p = [JointSolution::default(); N];
         for (n, p) in p.iter_mut().enumerate() {
-            let (kp, kv) = (gains.kp[n], gains.kv[n]);
+            let (kp, kv, q1, q2) = (gains.kp[n], gains.kv[n], q_position[n], q_velocity[n]);
             *p = if push > 0.0 {
-                joint_lqr(kp, kv, q, q, 1.0 / push)?
+                joint_lqr(kp, kv, q1, q2, 1.0 / push)?
             } else if push == 0.0 {
-                joint(kp, kv, q, q, f64::INFINITY)?
+                joint(kp, kv, q1, q2, f64::INFINITY)?
             } else {
-                joint(kp, kv, q, q, crate::math::sqrt(-1.0 / push))?
+                joint(kp, kv, q1, q2, sqrt(-1.0 / push))?
             };
         }
         Ok(Self { gains, p, r })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: K_p = p², K_v = 2p, r = 1, γ² = r/2 and
+    /// Q = diag(2p⁴, 2p²), so that the robust term is p (ė + pe), and what is left of an
+    /// acceleration ρ that the model lacks is `2 ∫ p⁴e² + p²ė² ≤ ½ ∫ ρ²` for one joint.
+    ///
+    /// # Errors
+    /// `bandwidth`: not finite or not > 0.
+    pub fn with_bandwidth(bandwidth: [f64; N]) -> Result<Self> {
+        let (gains, weights) = (Gains::with_bandwidth(bandwidth)?, sliding_weights(&bandwidth));
+        let weights = weights.map(|q| core::array::from_fn(|n| q[n] * bandwidth[n]));
+        Self::with(gains, weights, sqrt(0.5), 1.0)
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples:
+    /// (K_v + p22/r) (½ + d) h ≤ 0.35.
+    ///
+    /// # Errors
+    /// `kv`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        let rates: [f64; N] = core::array::from_fn(|n| self.gains.kv[n] + self.p[n].p22 / self.r);
+        keeps_up("kv", &rates, period, delay)
     }
 
     /// P of each joint.

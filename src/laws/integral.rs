@@ -4,6 +4,7 @@
 //! z holds while the torque is limited. A constant push leaves no error. Stable where
 //! `k_v k_p > k_i`. Source: Lewis, Dawson, Abdallah, Robot Manipulator Control, 4.4.
 
+use super::sliding_mode::Mismatch;
 use crate::control::{Applied, Dynamic, Gains, Sample};
 use crate::error::{Error, Result, positive};
 use crate::math::Vector;
@@ -39,6 +40,23 @@ impl<const N: usize> Integral<N> {
         let gains = Gains::new(bandwidth.map(|p| 3.0 * p * p), bandwidth.map(|p| 3.0 * p))?;
         let integral = Self::new(bandwidth.map(|p| p * p * p), &gains)?;
         Ok((gains, integral))
+    }
+
+    /// Refuses an integral for which these gains are too weak on an arm whose inertia the model
+    /// misses by up to a of [`Mismatch`]: (1 − a) k_v k_p > k_i.
+    ///
+    /// # Errors
+    /// `ki`; what [`Mismatch::needed`] names.
+    pub fn covers(&self, gains: &Gains<N>, mismatch: &Mismatch) -> Result<()> {
+        mismatch.needed()?;
+        let share = 1.0 - mismatch.inertia;
+        match (0..N).find(|&n| self.ki[n] >= share * gains.kp[n] * gains.kv[n]) {
+            None => Ok(()),
+            Some(n) => {
+                let wanted = "less than (1 - inertia) · kp · kv of the joint";
+                Err(Error::out_of_range("ki", self.ki[n], wanted).at(n))
+            }
+        }
     }
 }
 

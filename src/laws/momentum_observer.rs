@@ -27,6 +27,14 @@ impl<A> MomentumObserver<A> {
         Ok(Self { arm, pole })
     }
 
+    /// The same: the pole l is the bandwidth [rad/s].
+    ///
+    /// # Errors
+    /// `bandwidth`: not finite or not > 0.
+    pub fn with_bandwidth(arm: A, bandwidth: f64) -> Result<Self> {
+        Self::new(arm, bandwidth).map_err(|error| error.named("bandwidth"))
+    }
+
     /// Refuses a pole that is too fast for a period \[s\] and a delay in samples: l h (1 + d) < ½.
     ///
     /// # Errors

@@ -4,9 +4,10 @@
 //! C₀ is Christoffel's, so that with the right model ½sᵀMs falls at the rate sᵀK_D s: no inverse of
 //! M is needed. Source: Slotine and Li, 1987.
 
+use super::bandwidth::{fastest_pole, inertia_weights};
 use super::{believed, sliding};
 use crate::arm::{Arm, JointFriction};
-use crate::control::{Demand, Law, Sample};
+use crate::control::{Demand, Law, Sample, keeps_up};
 use crate::error::{Result, positive};
 use crate::math::{FNV_START, Vector, fnv_of};
 
@@ -27,6 +28,27 @@ impl<const N: usize, A: Arm<N>> Passive<N, A> {
         positive("lambda", &lambda)?;
         positive("damping", &damping)?;
         Ok(Self { arm, lambda, damping })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: Λ = p, K_D = pD, D the mean of M₀'s diagonal over 24 poses
+    /// spread over the joints' ranges. Both poles are at −p where M = D.
+    ///
+    /// # Errors
+    /// `bandwidth`, `mass_matrix`: not finite or not > 0.
+    pub fn with_bandwidth(arm: A, bandwidth: [f64; N]) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
+        let weights = inertia_weights(&arm)?;
+        Self::new(arm, bandwidth, core::array::from_fn(|n| bandwidth[n] * weights[n]))
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples, at these poses:
+    /// (λmax(M₀⁻¹K_D) + Λ) (½ + d) h ≤ 0.35.
+    ///
+    /// # Errors
+    /// `damping`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        let pole = fastest_pole(&self.arm, &self.damping)?;
+        keeps_up("damping", &self.lambda.map(|lambda| lambda + pole), period, delay)
     }
 }
 

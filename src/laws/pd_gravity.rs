@@ -3,8 +3,9 @@
 //! On a set-point ½q̇ᵀMq̇ + ½eᵀK_P e falls, whatever the inertia. Between set-points it lags.
 //! Source: Takegaki and Arimoto, 1981.
 
+use super::bandwidth::{fastest_pole, inertia_weights};
 use crate::arm::{Arm, JointFriction};
-use crate::control::{Demand, Law, Sample};
+use crate::control::{Demand, Gains, Law, Sample, keeps_up};
 use crate::error::{Result, positive};
 use crate::math::{FNV_START, Vector, fnv_of};
 
@@ -25,6 +26,27 @@ impl<const N: usize, A: Arm<N>> PdGravity<N, A> {
         positive("stiffness", &stiffness)?;
         positive("damping", &damping)?;
         Ok(Self { arm, stiffness, damping })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: K_P = p²D, K_D = 2pD, D the mean of M₀'s diagonal over 24
+    /// poses spread over the joints' ranges. Both poles are at −p where M = D.
+    ///
+    /// # Errors
+    /// `bandwidth`, `mass_matrix`: not finite or not > 0.
+    pub fn with_bandwidth(arm: A, bandwidth: [f64; N]) -> Result<Self> {
+        let Gains { kp, kv } = Gains::with_bandwidth(bandwidth)?;
+        let weights = inertia_weights(&arm)?;
+        let weighted = |gains: [f64; N]| core::array::from_fn(|n| gains[n] * weights[n]);
+        Self::new(arm, weighted(kp), weighted(kv))
+    }
+
+    /// Refuses a damping that is too fast for a period \[s\] and a delay in samples, at these
+    /// poses: λmax(M₀⁻¹K_D) (½ + d) h ≤ 0.35.
+    ///
+    /// # Errors
+    /// `damping`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        keeps_up("damping", &[fastest_pole(&self.arm, &self.damping)?], period, delay)
     }
 }
 

@@ -4,8 +4,9 @@
 //! Continuous, and asymptotic for pushes that are smooth; of order 1 in the period. The integral
 //! holds while the torque is limited. Source: Xian, Dawson, de Queiroz, Chen 2004.
 
+use super::sliding_mode::Mismatch;
 use super::{sign, sliding};
-use crate::control::{Applied, Dynamic, Feedback, Sample};
+use crate::control::{Applied, Dynamic, Feedback, Sample, keeps_up};
 use crate::error::{Result, positive, within};
 use crate::math::{FNV_START, Vector, fnv_of};
 
@@ -29,6 +30,29 @@ impl<const N: usize> Rise<N> {
         positive("ks", &ks)?;
         positive("beta", &beta)?;
         Ok(Self { alpha: [alpha1, alpha2], ks, beta })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: α₁ = α₂ = p/2 and k_s + 1 = 3p, which feeds back ė with
+    /// 3p, e with 3p² and its integral with ¾p³. What the mismatch asks for, at up to p, changes at
+    /// up to L = p (a v̄ + d̄)/(1 − a) and that at up to pL; β = L + pL/α₂ = 3L is taken a tenth
+    /// larger.
+    ///
+    /// # Errors
+    /// `bandwidth`: not finite or not > 1, `beta`: not > 0, as without a mismatch; what
+    /// [`Mismatch::needed`] names.
+    pub fn with_bandwidth(bandwidth: [f64; N], mismatch: &Mismatch) -> Result<Self> {
+        within("bandwidth", &bandwidth, |p| p > 1.0, "a number > 1: alpha = bandwidth/2 is > 1/2")?;
+        let (alpha, beta) = (bandwidth.map(|p| 0.5 * p), 3.0 * mismatch.covered()?);
+        Self::new(alpha, alpha, bandwidth.map(|p| 3.0 * p - 1.0), bandwidth.map(|p| p * beta))
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples:
+    /// (k_s + 1) (½ + d) h ≤ 0.35.
+    ///
+    /// # Errors
+    /// `ks`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        keeps_up("ks", &self.ks.map(|ks| ks + 1.0), period, delay)
     }
 
     /// (k_s + 1) e₂.

@@ -4,8 +4,9 @@
 //! With `ρ ≥ (a‖v‖ + d̄)/(1 − a)` the error ends in a ball whose radius goes with √(ρε/2).
 //! Source: Corless and Leitmann 1981; Spong 1992.
 
+use super::bandwidth::sliding_weights;
 use super::sliding_mode::Mismatch;
-use crate::control::{Feedback, Gains, Sample};
+use crate::control::{Feedback, Gains, Sample, keeps_up};
 use crate::error::{Result, positive, within};
 use crate::math::{Vector, fnv_of, sqrt};
 use crate::riccati::{JointSolution, joint};
@@ -29,11 +30,46 @@ impl<const N: usize> Robust<N> {
         positive("q", &[q])?;
         positive("bound", &[bound])?;
         positive("layer", &[layer])?;
+        Self::with(gains, [[q; N]; 2], gamma, bound, layer)
+    }
+
+    fn with(
+        gains: Gains<N>,
+        [q_position, q_velocity]: [[f64; N]; 2],
+        gamma: f64,
+        bound: f64,
+        layer: f64,
+    ) -> Result<Self> {
         let mut p = [JointSolution::default(); N];
         for (n, p) in p.iter_mut().enumerate() {
-            *p = joint(gains.kp[n], gains.kv[n], q, q, gamma)?;
+            *p = joint(gains.kp[n], gains.kv[n], q_position[n], q_velocity[n], gamma)?;
         }
         Ok(Self { gains, p, bound, layer })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: K_p = p², K_v = 2p, Q with which σ is ė + pe; ρ is what
+    /// the mismatch asks for and a tenth more, and ε = ρ/p of the slowest joint. Inside its layer
+    /// the law feeds back ė with up to 3p.
+    ///
+    /// # Errors
+    /// `bandwidth`, `bound`: not finite or not > 0, as without a mismatch; what
+    /// [`Mismatch::needed`] names.
+    pub fn with_bandwidth(bandwidth: [f64; N], mismatch: &Mismatch) -> Result<Self> {
+        let (gains, bound) = (Gains::with_bandwidth(bandwidth)?, mismatch.covered()?);
+        positive("bound", &[bound])?;
+        let slowest = bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
+        Self::with(gains, sliding_weights(&bandwidth), f64::INFINITY, bound, bound / slowest)
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples:
+    /// (K_v + ρ p22/ε) (½ + d) h ≤ 0.35.
+    ///
+    /// # Errors
+    /// `layer`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        let steep = self.bound / self.layer;
+        let rates: [f64; N] = core::array::from_fn(|n| self.gains.kv[n] + steep * self.p[n].p22);
+        keeps_up("layer", &rates, period, delay)
     }
 
     /// Refuses a bound that does not reach over this mismatch.

@@ -45,9 +45,30 @@ impl Mismatch {
         non_negative("disturbance", &[self.disturbance])?;
         Ok((self.inertia * self.acceleration + self.disturbance) / (1.0 - self.inertia))
     }
+
+    /// What is needed and a tenth more.
+    pub(super) fn covered(&self) -> Result<f64> {
+        self.needed().map(|needed| 1.1 * needed)
+    }
 }
 
 impl<const N: usize> SlidingMode<N> {
+    /// Gains from a bandwidth p [rad/s]: Λ = k₀ = p; K is what the mismatch asks for and a tenth
+    /// more, and φ = K/p. Inside its layer the law feeds back ė with 3p and e with 2p², and |e|
+    /// ends within K/p².
+    ///
+    /// # Errors
+    /// `bandwidth`, `gain`: not finite or not > 0, as without a mismatch; what [`Mismatch::needed`]
+    /// names.
+    pub fn with_bandwidth(bandwidth: [f64; N], mismatch: &Mismatch) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
+        let gain = mismatch.covered()?;
+        let layer = bandwidth.map(|p| gain / p);
+        let feedback = Self { lambda: bandwidth, gain: [gain; N], layer, linear: bandwidth };
+        feedback.validate()?;
+        Ok(feedback)
+    }
+
     /// Checks the parameters.
     ///
     /// # Errors

@@ -5,8 +5,9 @@
 //! k₂ > 1.1 L. Sampled, the error is of order 2 in the period. w holds while the torque is limited.
 //! Source: Levant 1993; Moreno and Osorio 2012.
 
+use super::sliding_mode::Mismatch;
 use super::{sign, sliding};
-use crate::control::{Applied, Dynamic, Feedback, Sample};
+use crate::control::{Applied, Dynamic, Feedback, Sample, keeps_up};
 use crate::error::{Result, non_negative, positive, within};
 use crate::math::{FNV_START, Vector, fnv_of, sqrt};
 
@@ -28,6 +29,31 @@ impl<const N: usize> SuperTwisting<N> {
         positive("k1", &k1)?;
         positive("k2", &k2)?;
         Ok(Self { lambda, k1, k2 })
+    }
+
+    /// Gains from a bandwidth p [rad/s]: Λ = p. What the mismatch asks for, at up to p, changes at
+    /// up to L = p (a v̄ + d̄)/(1 − a), and k₁ = 1.5 √L, k₂ = 1.1 L are taken a tenth larger.
+    ///
+    /// # Errors
+    /// `bandwidth`, `k1`: not finite or not > 0, as without a mismatch; what [`Mismatch::needed`]
+    /// names.
+    pub fn with_bandwidth(bandwidth: [f64; N], mismatch: &Mismatch) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
+        let needed = mismatch.needed()?;
+        let rate = bandwidth.map(|p| p * needed);
+        Self::new(bandwidth, rate.map(|l| 1.65 * sqrt(l)), rate.map(|l| 1.21 * l))
+    }
+
+    /// Refuses gains that are too fast for a period \[s\] and a delay in samples. With the lag
+    /// δ = (½ + d) h the acceleration chatters by k₁√k₂ δ, and that is to be at most 0.35 of what w
+    /// gains in 1/Λ: (k₁Λ/√k₂) δ ≤ 0.35.
+    ///
+    /// # Errors
+    /// `k1`.
+    pub fn suits(&self, period: f64, delay: f64) -> Result<()> {
+        let rates: [f64; N] =
+            core::array::from_fn(|n| self.k1[n] * self.lambda[n] / sqrt(self.k2[n]));
+        keeps_up("k1", &rates, period, delay)
     }
 
     /// Refuses gains that do not reach over a lumped acceleration whose rate is up to `rate` L
