@@ -130,7 +130,7 @@ def test_jobs_can_be_pickled() -> None:
 
 @pytest.mark.parametrize("workers", [0, -1, 1.5, True, "2"])
 def test_workers_that_make_no_sense_are_refused(workers: object) -> None:
-    with pytest.raises(ValueError, match="workers: got .*, wants a whole number >= 1"):
+    with pytest.raises(ValueError, match=r"workers: got .*, wants a whole number >= 1"):
         run_all([job(0)], workers=workers)  # type: ignore[arg-type]
 
 
@@ -169,9 +169,9 @@ def stuck(k):
         print("ready", flush=True)
     time.sleep(4)
     return short(k)
-kinds = [short, short, short, {kind}, {kind}, short, short]
-jobs = [Job(f"c{{k}}", "s", k, functools.partial(kind, k)) for k, kind in enumerate(kinds)]
-rows = run_all(jobs, workers=2, progress={progress})
+kinds = [short, short, short, KIND, KIND, short, short]
+jobs = [Job(f"c{k}", "s", k, functools.partial(kind, k)) for k, kind in enumerate(kinds)]
+rows = run_all(jobs, workers=2, progress=PROGRESS)
 end = time.monotonic()
 for row in rows:
     print(row.controller, row.status, row.curves is not None, row.reason)
@@ -184,7 +184,7 @@ print(scene.run(duration=0.1).status)
 @pytest.mark.parametrize("progress", [False, True])
 @pytest.mark.parametrize("kind", ["long", "stuck"])
 def test_interrupt_keeps_the_rows_that_there_are(kind: str, progress: bool) -> None:
-    code = START.format(kind=kind, progress=progress)
+    code = START.replace("KIND", kind).replace("PROGRESS", str(progress))
     child = subprocess.Popen(
         [sys.executable, "-u", "-W", "error", "-c", code],
         stdout=subprocess.PIPE,
@@ -199,10 +199,13 @@ def test_interrupt_keeps_the_rows_that_there_are(kind: str, progress: bool) -> N
         lines = []
         while not lines or lines[-1] != "end":
             lines.append(child.stdout.readline().rstrip("\n"))
-            assert lines[-1], child.communicate(timeout=PATIENCE)
+            assert lines[-1], lines
         # Simulations look for a stop every 20 ms; the others have a second.
         assert time.monotonic() - sent < (1.0 if kind == "long" else 3.0)
-        rest, errors = child.communicate(timeout=PATIENCE)
+        rest = child.stdout.read()
+        assert child.stderr is not None
+        errors = child.stderr.read()
+        child.wait(timeout=PATIENCE)
     finally:
         child.kill()
         child.wait()
