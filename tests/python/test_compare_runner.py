@@ -167,7 +167,7 @@ def long(k):
 def stuck(k):
     if started.wait() == 0:
         print("ready", flush=True)
-    time.sleep(4)
+    time.sleep(2.5)
     return short(k)
 kinds = [short, short, short, KIND, KIND, short, short]
 jobs = [Job(f"c{k}", "s", k, functools.partial(kind, k)) for k, kind in enumerate(kinds)]
@@ -185,30 +185,28 @@ print(scene.run(duration=0.1).status)
 @pytest.mark.parametrize("kind", ["long", "stuck"])
 def test_interrupt_keeps_the_rows_that_there_are(kind: str, progress: bool) -> None:
     code = START.replace("KIND", kind).replace("PROGRESS", str(progress))
-    child = subprocess.Popen(
+    with subprocess.Popen(
         [sys.executable, "-u", "-W", "error", "-c", code],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-    )
-    try:
-        assert child.stdout is not None and child.stdout.readline() == "ready\n"
-        time.sleep(0.1)
-        sent = time.monotonic()
-        child.send_signal(signal.SIGINT)
-        lines = []
-        while not lines or lines[-1] != "end":
-            lines.append(child.stdout.readline().rstrip("\n"))
-            assert lines[-1], lines
-        # Simulations look for a stop every 20 ms; the others have a second.
-        assert time.monotonic() - sent < (1.0 if kind == "long" else 3.0)
-        rest = child.stdout.read()
-        assert child.stderr is not None
-        errors = child.stderr.read()
-        child.wait(timeout=PATIENCE)
-    finally:
-        child.kill()
-        child.wait()
+    ) as child:
+        assert child.stdout is not None and child.stderr is not None
+        try:
+            assert child.stdout.readline() == "ready\n"
+            time.sleep(0.1)
+            sent = time.monotonic()
+            child.send_signal(signal.SIGINT)
+            lines = []
+            while not lines or lines[-1] != "end":
+                lines.append(child.stdout.readline().rstrip("\n"))
+                assert lines[-1], lines
+            # Simulations look for a stop every 20 ms; the others have a second.
+            assert time.monotonic() - sent < (1.0 if kind == "long" else 2.0)
+            rest, errors = child.stdout.read(), child.stderr.read()
+            child.wait(timeout=PATIENCE)
+        finally:
+            child.kill()
     assert child.returncode == 0 and rest == "finished\n", errors
     assert lines[:3] == [f"c{k} finished True " for k in range(3)]
     for k in (3, 4):
