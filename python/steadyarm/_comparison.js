@@ -145,6 +145,17 @@ function drawCurves(section, curves, picked, signal, joint) {
     least = Math.log10(Math.max(least, 1e-4 * most, 1e-12));
     most = Math.log10(Math.max(most, 2e-12));
   }
+  if (!log) {
+    // The start may have a peak that leaves no room for the rest.
+    const ordered = values.slice().sort((a, b) => a - b);
+    const part = (share) => ordered[Math.round(share * (ordered.length - 1))];
+    const spare = 0.6 * (part(0.98) - part(0.02)) || 1;
+    const [low, up] = [Math.max(least, part(0.02) - spare), Math.min(most, part(0.98) + spare)];
+    if (low > least || up < most) {
+      hint.textContent = `Torques from ${short(least)} to ${short(most)} N·m; peaks are cut off.`;
+    }
+    [least, most] = [low, up];
+  }
   const room = 0.05 * (most - least) || 0.5;
   least -= room;
   most += room;
@@ -208,7 +219,7 @@ function decades(low, high) {
 function startArms(scenes) {
   const curves = scenes.flatMap((scene) => scene.curves.filter((curve) => curve.arm).map(
     (curve) => ({ name: scenes.length > 1 ? `${scene.name}: ${curve.name}` : curve.name,
-      t: curve.arm.t, places: curve.arm.places })));
+      ended: curve.status === "finished", t: curve.arm.t, places: curve.arm.places })));
   const section = document.getElementById("arms");
   if (!curves.length) return;
   const [left, right, slider, now, play] = ["left", "right", "time", "now", "play"].map((name) =>
@@ -216,8 +227,10 @@ function startArms(scenes) {
   const pictures = section.querySelectorAll("svg");
   for (const select of [left, right]) curves.forEach((curve, at) => option(select, curve.name, at));
   left.value = 0;
-  right.value = Math.min(1, curves.length - 1);
-  const all = (side) => curves.flatMap((curve) => curve.places.filter((_, k) => k % 2 === side).flat());
+  const ended = scenes[0].curves.filter((curve) => curve.arm && curve.status === "finished");
+  right.value = Math.max(ended.length - 1, Math.min(1, curves.length - 1));
+  const sane = curves.filter((curve) => curve.ended);
+  const all = (side) => (sane.length ? sane : curves).flatMap((curve) => curve.places.filter((_, k) => k % 2 === side).flat());
   const span = [0, 1].map((side) => all(side).reduce(([a, b], one) => [Math.min(a, one),
     Math.max(b, one)], [Infinity, -Infinity]));
   const size = 1.16 * Math.max(span[0][1] - span[0][0], span[1][1] - span[1][0], 1e-6);
@@ -244,11 +257,11 @@ function startArms(scenes) {
       for (const [cx, cy] of chain) draw(svg, "circle", { class: "knee", cx, cy, r: 4 });
     });
   };
-  let last = 0, playing = false;
+  let before = 0, playing = false;
   const step = (time) => {
     if (!playing) return;
-    const next = Number(slider.value) + (1000 * (time - last)) / 1000 / end;
-    last = time;
+    const next = Number(slider.value) + (time - before) / end;
+    before = time;
     slider.value = next;
     if (next >= 1000) stop();
     show();
@@ -260,7 +273,7 @@ function startArms(scenes) {
     playing = true;
     play.textContent = "pause";
     if (Number(slider.value) >= 1000) slider.value = 0;
-    last = performance.now();
+    before = performance.now();
     window.requestAnimationFrame(step);
   });
   slider.step = "any";

@@ -62,32 +62,21 @@ def _scene(lines: Sequence[Line], points: int, frames: _Frames) -> list[dict[str
         curves = line.shown.curves
         if curves is None:
             continue
-        rows = _thinned(curves, points)
-        tau = np.clip(curves.tau, -limit, limit) if limit > 0 else curves.tau
-        error = np.log10(np.maximum(curves.e, LEAST))
+        few = curves.thinned(points)
+        error = np.log10(np.maximum(few.e, LEAST))
+        tau = np.clip(few.tau, -limit, limit) if limit > 0 else few.tau
         packed.append(
             {
                 "name": plain(line.controller),
                 "seed": line.shown.seed,
                 "status": line.shown.status,
-                "t": _packed(curves.t[rows]),
-                "e": [_packed(column[rows]) for column in error.T],
-                "tau": [_packed(column[rows]) for column in tau.T] if tau.size else [],
+                "t": _packed(few.t),
+                "e": [_packed(column) for column in error.T],
+                "tau": [_packed(column) for column in tau.T] if tau.size else [],
                 "arm": frames.of(curves),
             }
         )
     return packed
-
-
-def _thinned(curves: Curves, points: int) -> NDArray[np.intp]:
-    """Rows with pairs of them left out, if there are too many; peaks of those that stay stay."""
-    rows = np.arange(len(curves.t))
-    if len(rows) <= points:
-        return rows
-    parts = np.array_split(rows, points // 2)
-    size = curves.e.max(axis=1)
-    kept = [{int(part[0]), int(part[size[part].argmax()])} for part in parts]
-    return np.array(sorted(set().union(*kept)), dtype=np.intp)
 
 
 class _Frames:
@@ -123,7 +112,7 @@ def _packed(values: Array) -> list[Any]:
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
     with np.errstate(all="ignore"):
-        share = (values - low) / (high - low) if high > low else np.zeros_like(values)
+        share = (values - low) / (high - low) if high > low else 0.0 * values
     steps = np.where(np.isfinite(share), np.rint(share * (GAP - 1)), GAP).astype(int)
     pairs = (ALPHABET[step // 64] + ALPHABET[step % 64] for step in steps.tolist())
     return [float(f"{low:.6g}"), float(f"{high:.6g}"), "".join(pairs)]

@@ -27,7 +27,7 @@ def page(comparison: Comparison, arm: Any, sort: str | None) -> str:
     for number, (scenario, group) in enumerate(groups.items()):
         body += ["<section>"]
         body += [f"<h2>{_text(scenario)}</h2>"] * bool(scenario)
-        body += [_table(group, used(lines), f"caption-{number}", _caption(scenario, lines))]
+        body += [_table(group, f"caption-{number}", _caption(scenario, lines), sort)]
         body += [_told(group), _pareto.drawn(group, number), "</section>"]
     data = _comparison_data.collected(groups, arm)
     if any(scene["curves"] for scene in data["scenes"]):
@@ -56,7 +56,7 @@ def fragment(comparison: Comparison, sort: str | None) -> str:
     lines = comparison.table(sort)
     parts = []
     for number, (scenario, group) in enumerate(_groups(lines).items()):
-        parts += [_table(group, used(lines), f"caption-{number}", _caption(scenario, lines))]
+        parts += [_table(group, f"caption-{number}", _caption(scenario, lines), sort)]
         parts += [_told(group)]
     return "\n".join(part for part in [*parts, *_notes(comparison)] if part)
 
@@ -79,24 +79,27 @@ def _several(lines: Sequence[Line]) -> bool:
     return any(line.runs > 1 for line in lines)
 
 
-def _table(lines: Sequence[Line], figures: Sequence[Figure], name: str, caption: str) -> str:
+def _table(lines: Sequence[Line], name: str, caption: str, sort: str | None) -> str:
     """One scenario's table."""
+    figures = used(lines)
+    order = ' aria-sort="ascending"'
     heads = [
-        f'<th scope="col" title="{escape(figure.doc)}">{escape(figure.head)} '
-        f"<small>[{escape(figure.shown)}]</small></th>"
+        f'<th scope="col"{order * (figure.name == sort)} title="{escape(figure.doc)}">'
+        f"{escape(figure.head)} <small>[{escape(figure.shown)}]</small></th>"
         for figure in figures
     ]
     rows = []
     for line in lines:
         cells = [_cell(line, figure) for figure in figures]
         head = f'<th scope="row">{_text(line.controller)}</th>'
-        end = f'<td data-value="{-line.finished}">{done(line)}</td>'
+        end = f'<td data-value="{line.finished}">{done(line)}</td>'
         rows.append(f'<tr class="{line.status}">{head}{"".join(cells)}{end}</tr>')
     parts = [
         f'<div class="wide" tabindex="0" role="region" aria-labelledby="{name}"><table>',
-        f'<caption id="{name}">{escape(caption)}</caption>',
-        f'<thead><tr><th scope="col">controller</th>{"".join(heads)}',
-        '<th scope="col" title="how many of the runs finished">finished</th></tr></thead>',
+        f'<caption id="{name}"><span>{escape(caption)}</span></caption>',
+        f'<thead><tr><th scope="col"{order * (sort == "controller")}>controller</th>',
+        *heads,
+        '<th scope="col" title="how many of the runs finished">done</th></tr></thead>',
         "<tbody>", *rows, "</tbody></table></div>",
     ]  # fmt: skip
     return "\n".join(parts)

@@ -29,7 +29,7 @@ class Curves:
 
     Of ``e`` and ``tau`` each stretch of time has its smallest and its largest value, in the order
     in which they came: peaks survive, times are right to one stretch, 1/200 of the run. ``t`` and
-    ``q`` are samples of the run.
+    ``q`` are the first and the last sample of every stretch.
     """
 
     t: Array
@@ -44,13 +44,17 @@ class Curves:
     @classmethod
     def of(cls, run: Run) -> Curves:
         """Thin a run."""
-        rows, error, torque = np.arange(len(run.t)), np.abs(run.e), np.asarray(run.tau)
-        if len(rows) > POINTS:
-            edges = np.linspace(0, len(rows), POINTS // 2 + 1).astype(np.intp)
-            rows = np.sort([*edges[:-1], *((edges[:-1] + edges[1:]) // 2)])
-            error = _envelope(error, edges)
-            torque = _envelope(torque, edges) if len(torque) else torque
-        return cls(*map(_short, (run.t[rows], error, torque, run.q[rows])))
+        whole = cls(run.t, np.abs(run.e), np.asarray(run.tau), run.q).thinned(POINTS)
+        return cls(*map(_short, (whole.t, whole.e, whole.tau, whole.q)))
+
+    def thinned(self, points: int) -> Curves:
+        """The same in at most so many samples."""
+        if len(self.t) <= points:
+            return self
+        edges = np.linspace(0, len(self.t), points // 2 + 1).astype(np.intp)
+        rows = np.stack([edges[:-1], edges[1:] - 1], axis=1).ravel()
+        torque = _envelope(self.tau, edges) if len(self.tau) else self.tau
+        return Curves(self.t[rows], _envelope(self.e, edges), torque, self.q[rows])
 
     @property
     def joints(self) -> int:

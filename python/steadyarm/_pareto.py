@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 ERROR, EFFORT = FIGURES["steady_rms_e"], FIGURES["torque_variation"]
 
 WIDTH, HEIGHT = 720, 380
-LEFT, RIGHT, TOP, BOTTOM = 62, 16, 18, 48
+LEFT, RIGHT, TOP, BOTTOM = 62, 16, 30, 52
 LETTER = 6.6
 """Width of a letter of a label."""
 
@@ -36,17 +36,16 @@ def drawn(lines: Sequence[Line], number: int) -> str:
     ]
     best = [_undominated(place, places) for place in places]
     front = sorted(place for place, is_best in zip(places, best, strict=True) if is_best)
-    title, label = f"pareto-{number}", f"{ERROR.head} [{ERROR.shown}]"
+    title, label = f"pareto-{number}", f"{ERROR.head} of the error [{ERROR.shown}]"
     parts = [
         f'<figure class="pareto"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="group" '
         f'aria-labelledby="{title}">',
         f'<title id="{title}">Steady error against torque variation</title>',
-        *(_tick(x.place(v), HEIGHT - BOTTOM, rounded(v), upright=True) for v in x.ticks()),
-        *(_tick(LEFT, y.place(v), rounded(v), upright=False) for v in y.ticks()),
+        *(_tick(x.place(v), HEIGHT - BOTTOM, _brief(v), upright=True) for v in x.ticks()),
+        *(_tick(LEFT, y.place(v), _brief(v), upright=False) for v in y.ticks()),
         f'<text class="name" x="{(LEFT + WIDTH - RIGHT) / 2:.0f}" y="{HEIGHT - 8}" '
         f'text-anchor="middle">torque variation [{EFFORT.shown}]</text>',
-        f'<text class="name" transform="translate(14 {(TOP + HEIGHT - BOTTOM) / 2:.0f}) '
-        f'rotate(-90)" text-anchor="middle">{label}</text>',
+        f'<text class="name" x="4" y="18">{label}</text>',
         f'<polyline class="front" points="{" ".join(f"{a:.1f},{b:.1f}" for a, b in front)}"/>',
         *_points(known, places, best),
         "</svg><figcaption>Down and to the left is better. No other controller has both less "
@@ -81,6 +80,12 @@ def _points(lines: Sequence[Line], places: Sequence[Place], best: Sequence[bool]
             f'<text {at} y="{b + 4:.1f}">{escape(short)}</text></g>'
         )
     return parts
+
+
+def _brief(value: float) -> str:
+    """The value of a tick."""
+    text = rounded(value)
+    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
 
 
 def _said(line: Line) -> str:
@@ -122,16 +127,25 @@ class _Axis:
         return self.start + share * (self.end - self.start)
 
     def ticks(self) -> list[float]:
-        """Round values on the axis, two to ten of them."""
+        """Round values on the axis, some three to nine."""
+        low, high = 10.0**self.low, 10.0**self.high
+        if self.high - self.low < 0.6:
+            unit = 10.0 ** math.floor(math.log10(high - low))
+            step = next(
+                k * unit for k in (0.1, 0.2, 0.5, 1.0, 2.0) if (high - low) / (k * unit) < 8
+            )
+            return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
+        factors = (
+            (1,)
+            if self.high - self.low > 2.5
+            else (1, 3)
+            if self.high > self.low + 1
+            else (1, 2, 5)
+        )
         decades = range(math.floor(self.low), math.ceil(self.high) + 1)
-        found: list[float] = []
-        for steps in ((1,), (1, 3), (1, 2, 5), (1, 1.5, 2, 3, 5, 7), tuple(range(10, 100))):
-            scale = 10 if steps[0] == 10 else 1
-            values = [step * 10.0**decade / scale for decade in decades for step in steps]
-            found = [v for v in values if self.low <= math.log10(v) <= self.high]
-            if len(found) >= 3:
-                break
-        return found[:: max(1, math.ceil(len(found) / 10))]
+        values = [factor * 10.0**decade for decade in decades for factor in factors]
+        found = [value for value in values if low <= value <= high]
+        return found[:: max(1, math.ceil(len(found) / 9))]
 
 
 def _tick(x: float, y: float, text: str, upright: bool) -> str:
