@@ -18,9 +18,13 @@ Value = float | None
 Window = tuple[float, float]
 
 
-Joined = Literal["root", "largest", "sum", "any", "none"]
-"""How the number over all joints comes of those of the joints: root of the sum of squares, the
-largest, the sum, the share of samples in which it is so of any joint; "none" has no joints."""
+Joined = Literal["root", "length", "largest", "sum", "any", "none"]
+"""How the number over all joints comes of those of the joints.
+
+"root" of the sum of squares, which is the RMS of the length of the error; "length", the largest one
+of the error; the "largest" of all joints; their "sum"; "any", the share of samples in which it is
+so of any joint; "none" has no joints.
+"""
 
 
 @dataclass(frozen=True)
@@ -46,12 +50,12 @@ _SETTLES = "until the error stays in the band, inf if it does not"
 
 _DECLARED = (
     Figure("rms_e", "rad", "root", "RMS error", *_ERROR, "RMS of the error, whole run"),
-    Figure("max_abs_e", "rad", "largest", "max error", *_ERROR, "largest error, whole run"),
+    Figure("max_abs_e", "rad", "length", "max error", *_ERROR, "largest error, whole run"),
     Figure("steady_rms_e", "rad", "root", "steady RMS", *_ERROR, "RMS of the error in the window"),
     Figure("settling_time", "s", "largest", "settling", *_TIME, f"from the start {_SETTLES}"),
     Figure("itae", "rad·s²", "sum", "ITAE", "rad·s²", 1.0, "∫ t |e| dt, whole run"),
     Figure("max_abs_tau", "N·m", "largest", "peak torque", *_TORQUE, "largest torque, whole run"),
-    Figure("rms_tau", "N·m", "root", "RMS torque", *_TORQUE, "RMS of the torque in the window"),
+    Figure("rms_tau", "N·m", "largest", "RMS torque", *_TORQUE, "RMS of the torque in the window"),
     Figure("torque_variation", "N·m/s", "sum", "variation", "N·m/s", 1.0, "Σ|Δτ|/s in the window"),
     Figure("saturated", "1", "any", "saturated", "%", 1e2, "share of samples at the effort limit"),
     Figure("recovery", "s", "largest", "recovery", *_TIME, f"from the last event {_SETTLES}"),
@@ -102,6 +106,8 @@ def over_all(name: str, joints: Array, run: Run, effort_limit: ArrayLike | None)
     if joined == "any":
         limited = _limited(run, effort_limit)
         return 0.0 if limited is None else float(limited.any(axis=1).mean())
+    if joined == "length":
+        return float(np.hypot.reduce(run.e, axis=1).max())
     if joined == "root":
         return float(np.hypot.reduce(joints))
     return float(joints.sum() if joined == "sum" else joints.max())

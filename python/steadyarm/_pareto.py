@@ -135,13 +135,8 @@ class _Axis:
                 k * unit for k in (0.1, 0.2, 0.5, 1.0, 2.0) if (high - low) / (k * unit) < 8
             )
             return [k * step for k in range(math.ceil(low / step), math.floor(high / step) + 1)]
-        factors = (
-            (1,)
-            if self.high - self.low > 2.5
-            else (1, 3)
-            if self.high > self.low + 1
-            else (1, 2, 5)
-        )
+        span = self.high - self.low
+        factors = (1,) if span > 2.5 else (1, 3) if span > 1.6 else (1, 2, 5)
         decades = range(math.floor(self.low), math.ceil(self.high) + 1)
         values = [factor * 10.0**decade for decade in decades for factor in factors]
         found = [value for value in values if low <= value <= high]

@@ -45,7 +45,10 @@ def test_figures_are_those_of_plain_numpy() -> None:
     # Over all joints the error is the length of its vector: sum of squares under the root.
     assert made.rms_e == pytest.approx(np.sqrt(np.mean((e**2).sum(axis=1))), rel=1e-12)
     assert made.torque_variation == pytest.approx(moved.sum(), rel=1e-12)
-    assert made.max_abs_tau == np.abs(tau).max() and made.max_abs_e == e.max()
+    assert made.max_abs_e == pytest.approx(np.sqrt((e**2).sum(axis=1)).max(), rel=1e-12)
+    # That of the torque is of the joint that works hardest.
+    assert made.max_abs_tau == np.abs(tau).max() and made.rms_tau == max(made.by_joint["rms_tau"])
+    assert made.settling_time == max(made.by_joint["settling_time"])
     assert made.itae == pytest.approx(np.trapezoid(t * e.sum(axis=1), t), rel=1e-9)
 
 
@@ -86,6 +89,13 @@ def test_recovery_is_from_the_last_saturation_or_event(
 def test_settling_is_never_where_the_error_leaves_the_band_at_the_end() -> None:
     assert Row.of(signals([1, 0, 0]), controller="x", band=0.5).settling_time == 1.0
     assert Row.of(signals([1, 0, 1]), controller="x", band=0.5).settling_time == INF
+
+
+def test_no_rms_is_more_than_its_peak() -> None:
+    for number in (1, 2, 3):
+        made = Row.of(run(number), controller="x", window=(0.0, 4.0))
+        assert made.steady_rms_e == made.rms_e < made.max_abs_e
+        assert made.rms_tau < made.max_abs_tau
 
 
 def test_frozen_and_transfer_are_steady_errors_of_their_runs() -> None:
