@@ -75,7 +75,8 @@ function draw(svg, tag, attributes, text) {
 function short(number) {
   if (number === 0) return "0";
   const size = Math.abs(number);
-  return size >= 1e5 || size < 1e-3 ? number.toExponential(0) : String(Number(number.toPrecision(3)));
+  if (size >= 1e5 || size < 1e-3) return number.toExponential(0);
+  return String(Number(number.toPrecision(3)));
 }
 
 function startCurves(scenes) {
@@ -124,76 +125,83 @@ function startCurves(scenes) {
 
 function drawCurves(section, curves, picked, signal, joint) {
   const svg = section.querySelector(".chart");
-  const wide = Math.max(280, Math.min(860, section.clientWidth));
-  const high = Math.round(Math.min(400, Math.max(260, 0.55 * wide)));
-  const edge = { left: 64, right: 12, top: 26, bottom: 44 };
-  const log = signal === "e";
-  svg.replaceChildren();
-  svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
   const shown = curves.map((curve, at) => ({ curve, at })).filter(({ curve, at }) =>
     picked[at] && curve[signal][joint]);
   const hint = section.querySelector(".hint");
   hint.textContent = shown.length ? "" : "Nothing to draw: choose a controller with this signal.";
+  svg.replaceChildren();
   if (!shown.length) return;
   const sane = shown.filter(({ curve }) => ["finished", "unresolved"].includes(curve.status));
   const values = (sane.length ? sane : shown).flatMap(({ curve }) => curve[signal][joint])
     .filter((one) => Number.isFinite(one));
-  const end = shown.reduce((most, { curve }) => Math.max(most, curve.t[curve.t.length - 1]), 0);
+  const span = signal === "e" ? errorSpan(values) : torqueSpan(values, hint);
   const from = Math.min(...shown.map(({ curve }) => curve.t[0]));
-  let least = Math.min(...values), most = Math.max(...values);
-  if (log) {
-    least = Math.log10(Math.max(least, 1e-4 * most, 1e-12));
-    most = Math.log10(Math.max(most, 2e-12));
-  }
-  if (!log) {
-    // The start may have a peak that leaves no room for the rest.
-    const ordered = values.slice().sort((a, b) => a - b);
-    const part = (share) => ordered[Math.round(share * (ordered.length - 1))];
-    const spare = 0.6 * (part(0.98) - part(0.02)) || 1;
-    const [low, up] = [Math.max(least, part(0.02) - spare), Math.min(most, part(0.98) + spare)];
-    if (low > least || up < most) {
-      hint.textContent = `Torques from ${short(least)} to ${short(most)} N·m; peaks are cut off.`;
-    }
-    [least, most] = [low, up];
-  }
-  const room = 0.05 * (most - least) || 0.5;
-  least -= room;
-  most += room;
-  const x = (t) => edge.left + ((t - from) / (end - from || 1)) * (wide - edge.left - edge.right);
-  const y = (v) => high - edge.bottom - ((v - least) / (most - least)) *
-    (high - edge.top - edge.bottom);
-  const tick = (px, py, text, upright) => {
-    draw(svg, "line", upright
-      ? { class: "grid", x1: px, x2: px, y1: edge.top, y2: high - edge.bottom }
-      : { class: "grid", x1: edge.left, x2: wide - edge.right, y1: py, y2: py });
-    draw(svg, "text", upright
-      ? { class: "tick", x: px, y: py + 17, "text-anchor": "middle" }
-      : { class: "tick", x: px - 7, y: py + 4, "text-anchor": "end" }, text);
-  };
-  for (const t of ticks(from, end, wide / 90)) tick(x(t), high - edge.bottom, short(t), true);
-  for (const v of log ? decades(least, most) : ticks(least, most, 6)) {
-    tick(edge.left, y(v), short(log ? 10 ** v : v), false);
-  }
-  const name = log ? "error, size [rad]" : "torque [N·m]";
+  const end = Math.max(...shown.map(({ curve }) => curve.t[curve.t.length - 1]));
+  const scale = drawAxes(svg, section.clientWidth, [from, end], span, signal === "e");
+  const name = signal === "e" ? "error, size [rad]" : "torque [N·m]";
   draw(svg, "text", { class: "name", x: 6, y: 15 }, `${name}, joint ${joint + 1}`);
-  draw(svg, "text", { class: "name", x: wide - edge.right, y: high - 7, "text-anchor": "end" },
-    "time [s]");
-  const clip = draw(svg, "svg", { x: edge.left, y: edge.top, width: wide - edge.left - edge.right,
-    height: high - edge.top - edge.bottom, overflow: "hidden", style: "max-width:none",
-    viewBox: `${edge.left} ${edge.top} ${wide - edge.left - edge.right} ${
-      high - edge.top - edge.bottom}` });
+  const { left, top, width, height } = scale.frame;
+  const frame = draw(svg, "svg", { x: left, y: top, width, height, overflow: "hidden",
+    style: "max-width:none", viewBox: `${left} ${top} ${width} ${height}` });
   for (const { curve, at } of shown) {
-    let path = "", pen = "M";
-    curve[signal][joint].forEach((v, k) => {
-      const place = y(log ? Math.log10(v) : v);
-      if (!Number.isFinite(place)) { pen = "M"; return; }
-      path += `${pen}${x(curve.t[k]).toFixed(1)} ${Math.max(-9999, Math.min(9999, place)).toFixed(1)}`;
-      pen = "L";
-    });
-    const line = draw(clip, "path", { class: at % 16 < 8 ? "curve" : "curve dashed", d: path });
+    const path = way(curve.t, curve[signal][joint], scale);
+    const line = draw(frame, "path", { class: at % 16 < 8 ? "curve" : "curve dashed", d: path });
     line.style.stroke = `var(--c${at % 8})`;
     draw(line, "title", {}, `${curve.name}, seed ${curve.seed}`);
   }
+}
+function way(t, values, { x, y }) {
+  let path = "", pen = "M";
+  values.forEach((value, k) => {
+    const place = Math.max(-9999, Math.min(9999, y(value)));
+    if (Number.isNaN(place)) { pen = "M"; return; }
+    path += `${pen}${x(t[k]).toFixed(1)} ${place.toFixed(1)}`;
+    pen = "L";
+  });
+  return path;
+}
+// Exponents of ten of the errors to be seen: four decades at the most.
+function errorSpan(values) {
+  const most = Math.max(...values);
+  const least = Math.max(Math.min(...values), 1e-4 * most, 1e-12);
+  return widened(Math.log10(least), Math.log10(Math.max(most, 2e-12)));
+}
+// Torques to be seen: the start may have a peak that leaves no room for the rest.
+function torqueSpan(values, hint) {
+  const ordered = values.slice().sort((a, b) => a - b);
+  const [least, most] = [ordered[0], ordered[ordered.length - 1]];
+  const part = (share) => ordered[Math.round(share * (ordered.length - 1))];
+  const spare = 0.6 * (part(0.98) - part(0.02)) || 1;
+  const [low, up] = [Math.max(least, part(0.02) - spare), Math.min(most, part(0.98) + spare)];
+  if (low > least || up < most) {
+    hint.textContent = `Torques from ${short(least)} to ${short(most)} N·m; peaks are cut off.`;
+  }
+  return widened(low, up);
+}
+function widened(least, most) {
+  const room = 0.05 * (most - least) || 0.5;
+  return [least - room, most + room];
+}
+function drawAxes(svg, room, [from, end], [least, most], log) {
+  const wide = Math.max(280, Math.min(860, room));
+  const high = Math.round(Math.min(400, Math.max(260, 0.55 * wide)));
+  const frame = { left: 64, top: 26, width: wide - 76, height: high - 70 };
+  const [right, foot] = [frame.left + frame.width, frame.top + frame.height];
+  const x = (t) => frame.left + ((t - from) / (end - from || 1)) * frame.width;
+  const place = (v) => foot - ((v - least) / (most - least)) * frame.height;
+  svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
+  for (const t of ticks(from, end, wide / 90)) {
+    draw(svg, "line", { class: "grid", x1: x(t), x2: x(t), y1: frame.top, y2: foot });
+    draw(svg, "text", { class: "tick", x: x(t), y: foot + 17, "text-anchor": "middle" }, short(t));
+  }
+  for (const v of log ? decades(least, most) : ticks(least, most, 6)) {
+    const y = place(v);
+    draw(svg, "line", { class: "grid", x1: frame.left, x2: right, y1: y, y2: y });
+    draw(svg, "text", { class: "tick", x: frame.left - 7, y: y + 4, "text-anchor": "end" },
+      short(log ? 10 ** v : v));
+  }
+  draw(svg, "text", { class: "name", x: right, y: high - 7, "text-anchor": "end" }, "time [s]");
+  return { frame, x, y: (v) => place(log ? Math.log10(v) : v) };
 }
 function ticks(low, high, count) {
   const raw = (high - low) / Math.max(2, count) || 1;
@@ -222,63 +230,71 @@ function startArms(scenes) {
       ended: curve.status === "finished", t: curve.arm.t, places: curve.arm.places })));
   const section = document.getElementById("arms");
   if (!curves.length) return;
-  const [left, right, slider, now, play] = ["left", "right", "time", "now", "play"].map((name) =>
-    section.querySelector(`[name=${name}]`));
+  const part = (name) => section.querySelector(`[name=${name}]`);
+  const [slider, sides] = [part("time"), [part("left"), part("right")]];
   const pictures = section.querySelectorAll("svg");
-  for (const select of [left, right]) curves.forEach((curve, at) => option(select, curve.name, at));
-  left.value = 0;
+  for (const select of sides) curves.forEach((curve, at) => option(select, curve.name, at));
   const ended = scenes[0].curves.filter((curve) => curve.arm && curve.status === "finished");
-  right.value = Math.max(ended.length - 1, Math.min(1, curves.length - 1));
-  const sane = curves.filter((curve) => curve.ended);
-  const all = (side) => (sane.length ? sane : curves).flatMap((curve) => curve.places.filter((_, k) => k % 2 === side).flat());
-  const span = [0, 1].map((side) => all(side).reduce(([a, b], one) => [Math.min(a, one),
-    Math.max(b, one)], [Infinity, -Infinity]));
-  const size = 1.16 * Math.max(span[0][1] - span[0][0], span[1][1] - span[1][0], 1e-6);
-  const middle = span.map(([a, b]) => (a + b) / 2);
+  sides[0].value = 0;
+  sides[1].value = Math.max(ended.length - 1, Math.min(1, curves.length - 1));
+  const view = viewed(curves);
   const end = Math.max(...curves.map((curve) => curve.t[curve.t.length - 1]));
-  const place = (curve, joint, k) => [0, 1].map((side) => {
-    const at = (curve.places[2 * joint + side][k] - middle[side]) / size;
-    return (150 + (side ? -300 : 300) * at).toFixed(1);
-  });
   const show = () => {
     const t = (slider.value / 1000) * end;
-    now.textContent = `${t.toFixed(2)} s`;
-    [left, right].forEach((select, number) => {
-      const curve = curves[select.value], svg = pictures[number];
-      let k = curve.t.findIndex((one) => one >= t);
-      if (k < 0) k = curve.t.length - 1;
-      const joints = curve.places.length / 2;
-      const chain = [...Array(joints).keys()].map((joint) => place(curve, joint, k));
-      const way = [...Array(k + 1).keys()].map((past) => place(curve, joints - 1, past));
-      svg.setAttribute("viewBox", "0 0 300 300");
-      svg.replaceChildren();
-      draw(svg, "polyline", { class: "trace", points: way.join(" ") });
-      draw(svg, "polyline", { class: "link", points: chain.join(" ") });
-      for (const [cx, cy] of chain) draw(svg, "circle", { class: "knee", cx, cy, r: 4 });
-    });
+    part("now").textContent = `${t.toFixed(2)} s`;
+    sides.forEach((select, side) => drawArm(pictures[side], curves[select.value], t, view));
   };
+  slider.step = "any";
+  for (const control of [slider, ...sides]) control.addEventListener("input", show);
+  playWith(part("play"), slider, end, show);
+  section.hidden = false;
+  show();
+}
+// Where a joint is on a square of 300, from the places of all arms that went their way.
+function viewed(curves) {
+  const sane = curves.filter((curve) => curve.ended);
+  const spans = [0, 1].map((side) => {
+    const all = (sane.length ? sane : curves).flatMap((curve) =>
+      curve.places.filter((_, k) => k % 2 === side).flat());
+    return all.reduce(([a, b], one) => [Math.min(a, one), Math.max(b, one)], [Infinity, -Infinity]);
+  });
+  const size = 1.16 * Math.max(...spans.map(([a, b]) => b - a), 1e-6);
+  return (curve, joint, k) => spans.map(([a, b], side) => {
+    const at = (curve.places[2 * joint + side][k] - (a + b) / 2) / size;
+    return (150 + (side ? -300 : 300) * at).toFixed(1);
+  });
+}
+function drawArm(svg, curve, t, view) {
+  const after = curve.t.findIndex((one) => one >= t);
+  const k = after < 0 ? curve.t.length - 1 : after;
+  const joints = curve.places.length / 2;
+  const chain = [...Array(joints).keys()].map((joint) => view(curve, joint, k));
+  const trace = [...Array(k + 1).keys()].map((past) => view(curve, joints - 1, past));
+  svg.setAttribute("viewBox", "0 0 300 300");
+  svg.replaceChildren();
+  draw(svg, "polyline", { class: "trace", points: trace.join(" ") });
+  draw(svg, "polyline", { class: "link", points: chain.join(" ") });
+  for (const [cx, cy] of chain) draw(svg, "circle", { class: "knee", cx, cy, r: 4 });
+}
+function playWith(button, slider, end, show) {
   let before = 0, playing = false;
+  const turn = (on) => {
+    playing = on;
+    button.textContent = on ? "pause" : "play";
+  };
   const step = (time) => {
     if (!playing) return;
-    const next = Number(slider.value) + (time - before) / end;
+    slider.value = Number(slider.value) + (time - before) / end;
     before = time;
-    slider.value = next;
-    if (next >= 1000) stop();
+    if (Number(slider.value) >= 1000) turn(false);
     show();
     window.requestAnimationFrame(step);
   };
-  const stop = () => { playing = false; play.textContent = "play"; };
-  play.addEventListener("click", () => {
-    if (playing) { stop(); return; }
-    playing = true;
-    play.textContent = "pause";
+  button.addEventListener("click", () => {
+    turn(!playing);
+    if (!playing) return;
     if (Number(slider.value) >= 1000) slider.value = 0;
     before = performance.now();
     window.requestAnimationFrame(step);
   });
-  slider.step = "any";
-  slider.addEventListener("input", show);
-  for (const select of [left, right]) select.addEventListener("change", show);
-  section.hidden = false;
-  show();
 }

@@ -34,7 +34,7 @@ def drawn(lines: Sequence[Line], number: int) -> str:
         (x.place(_value(line, EFFORT.name)), y.place(_value(line, ERROR.name) * ERROR.scale))
         for line in known
     ]
-    best = [_undominated(place, places) for place in places]
+    best = [not any(_beats(other, line) for other in known) for line in known]
     front = sorted(place for place, is_best in zip(places, best, strict=True) if is_best)
     title, label = f"pareto-{number}", f"{ERROR.head} of the error [{ERROR.shown}]"
     parts = [
@@ -103,10 +103,10 @@ def _both(line: Line) -> bool:
     return all(value is not None and 1e-30 < value < 1e30 for value in values)
 
 
-def _undominated(place: Place, places: Sequence[Place]) -> bool:
-    """Whether no other has both less error (further down) and less variation."""
-    a, b = place
-    return not any(x <= a and y >= b and (x, y) != place for x, y in places)
+def _beats(one: Line, other: Line) -> bool:
+    """Whether one has no more of error and variation than the other, and less of either."""
+    pairs = [(_value(one, name), _value(other, name)) for name in (ERROR.name, EFFORT.name)]
+    return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
 
 def _meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
