@@ -49,8 +49,8 @@ def drawn(lines: Sequence[Line], number: int) -> str:
         f'<polyline class="front" points="{" ".join(f"{a:.1f},{b:.1f}" for a, b in front)}"/>',
         *_points(known, places, best),
         "</svg><figcaption>Down and to the left is better. No other controller has both less "
-        "error and less torque variation than those on the line. A mark that is pointed at or tapped "
-        "tells its name and figures.</figcaption></figure>",
+        "error and less torque variation than those on the line. Point at a mark, or tap it, for "
+        "its name and figures.</figcaption></figure>",
     ]
     return "\n".join(parts)
 
