@@ -36,6 +36,7 @@ from ._core import (
     read_scenario,
 )
 from ._scene import VERSION as _VERSION
+from .comparison import Comparison
 from .design import DesignReport, design
 from .metrics import Metrics
 from .run import Certificate, Channel, GuardReport, Run, Status
@@ -57,6 +58,7 @@ __all__ = [
     "Arm",
     "Certificate",
     "Channel",
+    "Comparison",
     "ComputedTorque",
     "DesignReport",
     "DesignWarning",

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 def to_pandas(run: Run) -> pandas.DataFrame:
     """Make the table of `Run.to_pandas`."""
-    pandas = _imported("pandas", "to_pandas")
+    pandas = imported("pandas", "to_pandas")
     columns: dict[tuple[str, str], Any] = {}
     for name, array in run.to_dict().items():
         if array.ndim == 1:
@@ -36,7 +36,7 @@ def to_pandas(run: Run) -> pandas.DataFrame:
 
 def to_xarray(run: Run) -> xarray.Dataset:
     """Make the dataset of `Run.to_xarray`."""
-    xarray = _imported("xarray", "to_xarray")
+    xarray = imported("xarray", "to_xarray")
     variables = {}
     for name, channel in run.channels.items():
         array, words = getattr(run, name), {"units": channel.unit, "long_name": channel.doc}
@@ -45,7 +45,7 @@ def to_xarray(run: Run) -> xarray.Dataset:
     return xarray.Dataset(variables, coordinates, {"status": str(run.status)})
 
 
-def _imported(package: str, method: str) -> Any:
+def imported(package: str, method: str) -> Any:
     """The package; an ImportError that says what to install, where it is not there."""
     try:
         return import_module(package)

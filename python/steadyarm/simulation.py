@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, _scene
+from . import _core, _scene, _stopping
 from .run import Run
 
 Reference = (
@@ -103,7 +103,7 @@ def simulate(
             )
             bar.update(columns["status"][1] - bar.n)
     else:
-        columns, raised = _core.simulate(*arguments, *options, record, None)
+        columns, raised = _core.simulate(*arguments, *options, record, _stopping.poll())
     given = dict(zip(_scene.OPTIONS, (duration, dt, method, *options, record), strict=True))
     run = Run._from_record(columns, plant, reference, given)
     vars(run)["notes"] = _notes(run, plant, tracker, reference, duration, q0)
