@@ -26,10 +26,11 @@ pub struct BoxedState {
 
 impl<const N: usize> BoxedCompensator<N> {
     /// This compensator; `new` makes a state before the first sample.
-    pub fn new<S, C>(compensator: C, new: fn(&C) -> S) -> Self
+    pub fn new<S, C, F>(compensator: C, new: F) -> Self
     where
         S: Clone + Send + Sync + 'static,
         C: Saves<N, S> + Send + Sync + 'static,
+        F: Fn(&C) -> S + Send + Sync + 'static,
     {
         Self(Box::new(With { compensator, new, state: PhantomData }))
     }
@@ -96,9 +97,9 @@ struct Form {
     fingerprints: [u64; 2],
 }
 
-struct With<S, C> {
+struct With<S, C, F> {
     compensator: C,
-    new: fn(&C) -> S,
+    new: F,
     state: PhantomData<fn() -> S>,
 }
 
@@ -112,10 +113,11 @@ macro_rules! own {
     };
 }
 
-impl<const N: usize, S, C> Erased<N> for With<S, C>
+impl<const N: usize, S, C, F> Erased<N> for With<S, C, F>
 where
     S: Clone + Send + Sync + 'static,
     C: Saves<N, S> + Send + Sync,
+    F: Fn(&C) -> S + Send + Sync,
 {
     fn state(&self) -> Box<dyn Remembers> {
         Box::new((self.new)(&self.compensator))

@@ -11,9 +11,11 @@ use core::f64::consts::TAU;
 
 use super::bandwidth::{Motion, adaptation_gain, sliding_weights};
 use crate::arm::{Factor, Parametric, Regressor};
-use crate::control::{Applied, Audit, Compensator, Feedback, Gains, Sample, Stage};
-use crate::error::{Result, finite, positive};
-use crate::math::{Matrix, Vector, exp};
+use crate::control::{
+    Applied, Audit, Compensator, Feedback, Gains, Numbers, Sample, Saves, Stage, put_all,
+};
+use crate::error::{Result, finite, positive, within};
+use crate::math::{FNV_START, Matrix, Vector, exp, fnv_of};
 use crate::riccati::{JointSolution, joint};
 
 /// The projection keeps M̂ above this share of M₀, and where it acts it goes to twice as much. An
@@ -240,6 +242,72 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>>
     ) -> Option<Audit<N>> {
         None
     }
+}
+
+/// A sample was seen.
+const BEGUN: u64 = 128;
+
+impl<const N: usize, const K: usize, A: Parametric<N, K>>
+    Saves<N, AdaptiveComputedTorqueState<N, K>> for AdaptiveComputedTorque<N, K, A>
+{
+    fn known_flags(&self) -> u64 {
+        BEGUN
+    }
+
+    fn entries(&self) -> &'static str {
+        "numbers"
+    }
+
+    fn size(&self) -> usize {
+        K + 2 * N + 1
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        let p = self.p.iter().flat_map(|p| [p.p12, p.p22]);
+        [fnv_of(fnv_of(self.gains.tuning(), p), self.gain), fnv_of(FNV_START, [self.cutoff])]
+    }
+
+    fn flags(&self, state: &AdaptiveComputedTorqueState<N, K>) -> u64 {
+        if state.past.is_some() { BEGUN } else { 0 }
+    }
+
+    fn advances(&self, _: &AdaptiveComputedTorqueState<N, K>) -> u64 {
+        0
+    }
+
+    fn write(&self, state: &AdaptiveComputedTorqueState<N, K>, put: &mut dyn FnMut(&[u8])) {
+        let none = Moving { dq: Vector::zeros(), ddq: Vector::zeros() };
+        let (Moving { dq, ddq }, dt) = state.past.unwrap_or((none, 0.0));
+        let parts = [state.theta.as_slice(), dq.as_slice(), ddq.as_slice(), &[dt]];
+        parts.into_iter().for_each(|part| put_all(put, part));
+    }
+
+    fn check(&self, flags: u64, part: &[u8]) -> Result<()> {
+        let (theta, Moving { dq, ddq }, dt) = opened::<N, K>(part)?;
+        finite("theta", theta.as_slice())?;
+        finite("past", dq.as_slice())?;
+        finite("past", ddq.as_slice())?;
+        let possible = |dt| if flags & BEGUN != 0 { dt > 0.0 && dt <= 1.0 } else { dt == 0.0 };
+        within("past", &[dt], possible, "the length of a period")
+    }
+
+    fn take(&self, state: &mut AdaptiveComputedTorqueState<N, K>, flags: u64, _: u64, part: &[u8]) {
+        *state = AdaptiveComputedTorqueState::new();
+        if let Ok((theta, past, dt)) = opened(part) {
+            state.theta = theta;
+            state.past = (flags & BEGUN != 0).then_some((past, dt));
+        }
+    }
+}
+
+/// θ̃, what the last sample was, and the period since then.
+fn opened<const N: usize, const K: usize>(part: &[u8]) -> Result<(Vector<K>, Moving<N>, f64)> {
+    let mut rest = Numbers(part);
+    let theta = rest.vector()?;
+    let past = Moving { dq: rest.vector()?, ddq: rest.vector()? };
+    let dt = rest.number()?;
+    rest.end()?;
+    Ok((theta, past, dt))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::sliding;
 use crate::arm::{Factor, Parametric, Regressor};
 use crate::control::{Applied, Dynamic, Sample};
 use crate::error::{Result, positive};
-use crate::math::Vector;
+use crate::math::{FNV_START, Vector, fnv_of};
 
 /// The adaptation of the nominal arm's parameters.
 #[derive(Clone, Copy, Debug)]
@@ -67,6 +67,10 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> Dynamic<N, K>
         let (regressor, s) = passive_regressor(&self.arm, &self.lambda, seen);
         let shares = regressor.tr_mul(&s);
         Vector::from_fn(|k, _| -self.gain[k] * shares[k])
+    }
+
+    fn tuning(&self) -> u64 {
+        fnv_of(fnv_of(FNV_START, self.lambda), self.gain)
     }
 }
 

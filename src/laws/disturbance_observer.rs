@@ -9,7 +9,7 @@ use super::believed;
 use crate::arm::{Arm, Factor};
 use crate::control::{Applied, Dynamic, Sample};
 use crate::error::{Result, positive, within};
-use crate::math::Vector;
+use crate::math::{Vector, fnv_of};
 
 /// The observer on the nominal arm.
 #[derive(Clone, Copy, Debug)]
@@ -70,5 +70,9 @@ impl<const N: usize, A: Arm<N>> Dynamic<N, N> for DisturbanceObserver<N, A> {
         let rest = applied.tau - self.disturbance(z, seen);
         let rate = believed(&self.arm, seen, &rest);
         Vector::from_fn(|n, _| self.gain[n] * rate[n])
+    }
+
+    fn tuning(&self) -> u64 {
+        fnv_of(self.arm.fingerprint(), self.gain)
     }
 }

@@ -7,7 +7,7 @@
 use super::sliding_mode::Mismatch;
 use crate::control::{Applied, Dynamic, Gains, Sample};
 use crate::error::{Error, Result, positive};
-use crate::math::Vector;
+use crate::math::{FNV_START, Vector, fnv_of};
 
 /// The integral of each joint, for computed torque with these gains.
 #[derive(Clone, Copy, Debug)]
@@ -67,5 +67,9 @@ impl<const N: usize> Dynamic<N, N> for Integral<N> {
 
     fn rate(&self, _: &Vector<N>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<N> {
         if applied.limited() { Vector::zeros() } else { seen.e }
+    }
+
+    fn tuning(&self) -> u64 {
+        fnv_of(FNV_START, self.ki)
     }
 }

@@ -8,7 +8,7 @@
 use crate::arm::{Arm, Factor};
 use crate::control::{Applied, Dynamic, Sample};
 use crate::error::{Result, positive, within};
-use crate::math::Vector;
+use crate::math::{Vector, fnv_of};
 
 /// The observer on the nominal arm; its memory is p̂.
 #[derive(Clone, Copy, Debug)]
@@ -69,5 +69,9 @@ impl<const N: usize, A: Arm<N>> Dynamic<N, N> for MomentumObserver<A> {
         let carried = self.arm.coriolis(q, dq).tr_mul(dq);
         let held = self.arm.gravity(q) + self.arm.friction(dq);
         applied.tau + carried - held - self.residual(z, seen)
+    }
+
+    fn tuning(&self) -> u64 {
+        fnv_of(self.arm.fingerprint(), [self.pole])
     }
 }

@@ -17,7 +17,7 @@ use super::bandwidth::{Motion, adaptation_gain, joint_scales};
 use crate::arm::{Arm, Factor, Inertia, Parametric, Serial};
 use crate::control::{Applied, Dynamic, Sample};
 use crate::error::{Error, Result, positive};
-use crate::math::{Matrix, Vector, sqrt};
+use crate::math::{FNV_START, Matrix, Vector, fnv_of, sqrt};
 
 /// Numbers of a body: π, or the lower triangle of F row by row.
 const PER_BODY: usize = 10;
@@ -133,6 +133,10 @@ where
             write(&(f * psi), &mut rate.as_mut_slice()[from..]);
         }
         rate
+    }
+
+    fn tuning(&self) -> u64 {
+        fnv_of(fnv_of(FNV_START, self.lambda), [self.gain])
     }
 }
 

@@ -9,7 +9,7 @@ use super::bandwidth::{inertia_weights, sliding_weights};
 use crate::arm::{Arm, Factor};
 use crate::control::{
     Adaptation, Applied, Audit, Buffer, Compensator, FuzzyCompensator, FuzzyParameters, Gains,
-    Inputs, KernelCompensator, KernelParameters, Sample, Stage,
+    Inputs, KernelCompensator, KernelParameters, Sample, Saves, Stage,
 };
 use crate::error::Result;
 use crate::fuzzy::{FuzzyBasis, KernelBasis};
@@ -127,5 +127,43 @@ impl<const N: usize, A: Arm<N>, S, C: Compensator<N, S>> Compensator<N, S> for P
     /// None: (19) has no part in this form.
     fn audit(&self, _: &S, _: usize, _: &Sample<N>) -> Option<Audit<N>> {
         None
+    }
+}
+
+impl<const N: usize, A: Arm<N>, S, C: Saves<N, S>> Saves<N, S> for PassiveFuzzy<A, C> {
+    fn known_flags(&self) -> u64 {
+        self.approximator.known_flags()
+    }
+
+    fn entries(&self) -> &'static str {
+        self.approximator.entries()
+    }
+
+    fn size(&self) -> usize {
+        self.approximator.size()
+    }
+
+    fn fingerprints(&self) -> [u64; 2] {
+        self.approximator.fingerprints()
+    }
+
+    fn flags(&self, state: &S) -> u64 {
+        self.approximator.flags(state)
+    }
+
+    fn advances(&self, state: &S) -> u64 {
+        self.approximator.advances(state)
+    }
+
+    fn write(&self, state: &S, put: &mut dyn FnMut(&[u8])) {
+        self.approximator.write(state, put);
+    }
+
+    fn check(&self, flags: u64, part: &[u8]) -> Result<()> {
+        self.approximator.check(flags, part)
+    }
+
+    fn take(&self, state: &mut S, flags: u64, advances: u64, part: &[u8]) {
+        self.approximator.take(state, flags, advances, part);
     }
 }

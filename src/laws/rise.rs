@@ -91,4 +91,8 @@ impl<const N: usize> Dynamic<N, N> for Rise<N> {
         let pushed = self.pushed(seen);
         Vector::from_fn(|n, _| -self.alpha[1][n] * pushed[n] + self.beta[n] * sign(s[n]))
     }
+
+    fn tuning(&self) -> u64 {
+        Feedback::tuning(self)
+    }
 }

@@ -96,4 +96,8 @@ impl<const N: usize> Dynamic<N, N> for SuperTwisting<N> {
         let s = sliding(&self.lambda, seen);
         Vector::from_fn(|n, _| self.k2[n] * sign(s[n]))
     }
+
+    fn tuning(&self) -> u64 {
+        Feedback::tuning(self)
+    }
 }

@@ -212,7 +212,7 @@ where
     fn with_parameters<U: Uses<N>>(&self, uses: U) -> U::Output {
         match self {
             Self::TwoLink(_) => uses.of::<5, Self>(self),
-            Self::Serial(arm) => arm.with_parameters(uses),
+            Self::Serial(arm) => Adapts::with_parameters(&**arm, uses),
         }
     }
 

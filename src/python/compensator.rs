@@ -8,8 +8,8 @@ use pyo3::types::PyDict;
 use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
-    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, FuzzyCompensator, FuzzyState, KernelCompensator,
-    KernelState, NoCompensation, Sample, Saves, Stage,
+    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, FuzzyCompensator,
+    FuzzyState, KernelCompensator, KernelState, NoCompensation, Sample, Saves, Stage,
 };
 use crate::design::Subject;
 use crate::error::Result;

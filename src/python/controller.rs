@@ -11,9 +11,7 @@ use pyo3::types::{PyBytes, PyDict, PyTuple};
 use super::any_law::AnyLaw;
 use super::arm::PyArm;
 use super::compensator::no_compensator;
-use super::convert::{
-    Any, Array, Array1, Given, array1, joints, scalar, vector, wrong_type,
-};
+use super::convert::{Any, Array, Array1, Given, array1, joints, scalar, vector, wrong_type};
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
 use super::form::{self, Form, Objects, limits};
@@ -26,8 +24,16 @@ use crate::reference::Setpoint;
 
 /// The arguments of the class.
 const NAMES: [&str; 10] = [
-    "arm", "law", "effort_limit", "effort_rate_limit", "last_tau", "hand_over", "velocity_filter",
-    "bumpless", "delay", "control_period",
+    "arm",
+    "law",
+    "effort_limit",
+    "effort_rate_limit",
+    "last_tau",
+    "hand_over",
+    "velocity_filter",
+    "bumpless",
+    "delay",
+    "control_period",
 ];
 
 /// A controller with a law, and all that it remembers. `laws` makes them by name.
@@ -82,8 +88,7 @@ impl PyController {
             let other = other.cast::<Self>()?.borrow();
             twin.arguments = other.arguments.clone_ref(py);
             let saved = each!(&this.trackers, Trackers, it => it.controller.save(&it.state));
-            twin.trackers =
-                each!(&other.trackers, Trackers, it => Tracker::clone(it).into());
+            twin.trackers = each!(&other.trackers, Trackers, it => Tracker::clone(it).into());
             twin.restore(&saved, true).map_err(value_error)?;
         }
         Ok(twin)
@@ -139,7 +144,15 @@ impl PyController {
         let [effort, effort_rate, last_tau] = said(&trackers);
         let Front { hand_over, velocity_filter, bumpless, delay } = front(&trackers);
         let values = (
-            arm, law, effort, effort_rate, last_tau, hand_over, velocity_filter, bumpless, delay,
+            arm,
+            law,
+            effort,
+            effort_rate,
+            last_tau,
+            hand_over,
+            velocity_filter,
+            bumpless,
+            delay,
             period,
         );
         Ok(Self { arguments: Objects::new(py, &NAMES, values)?, trackers })

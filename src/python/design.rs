@@ -87,7 +87,8 @@ pub(super) fn design<'py>(
     plant: Given<'_, 'py>,
     duration: Given<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
+    let tracker =
+        object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
     let tracker = tracker.try_borrow()?;
     let control_period = scalar(control_period, "control_period")?;
     let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
@@ -170,7 +171,8 @@ pub(super) fn choices<'py>(
         let tracker = guard.tracker.bind(tracker.py()).try_borrow()?;
         return each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, Some(&limit)));
     }
-    let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
+    let tracker =
+        object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
     let tracker = tracker.try_borrow()?;
     each!(&tracker.trackers, Trackers, it => chosen(it, &along, q0, None))
 }

@@ -60,10 +60,7 @@ impl PyEffects {
 }
 
 /// Settings from arguments by name, of which `None` is left out.
-pub(super) fn settings<T: DeserializeOwned>(
-    given: &Bound<'_, PyDict>,
-    what: &str,
-) -> PyResult<T> {
+pub(super) fn settings<T: DeserializeOwned>(given: &Bound<'_, PyDict>, what: &str) -> PyResult<T> {
     let plain = PyDict::new(given.py());
     for (name, value) in given {
         if value.is_none() {

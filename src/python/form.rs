@@ -14,9 +14,8 @@ use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 
 use crate::scenario::{
     BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, EffectsSettings,
-    InputSettings,
-    MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
-    TableSettings, TwoLinkSettings,
+    InputSettings, MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings,
+    SinesSettings, TableSettings, TwoLinkSettings,
 };
 
 /// Lists with more entries are shown by their first and last.

@@ -112,7 +112,8 @@ impl PyGuard {
             Ok::<u32, PyErr>(u32::try_from(count).unwrap_or(u32::MAX))
         };
         let (hold, decay) = (periods(hold, "hold")?, periods(decay, "decay")?);
-        let tracker = object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
+        let tracker =
+            object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque")?;
         let arguments = Arguments {
             control_period: scalar(control_period, "control_period")?,
             position_limits,

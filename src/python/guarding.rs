@@ -12,9 +12,7 @@ use super::dispatch::{by_joints, each};
 use super::errors::value_error;
 use super::tracked::{Tracker, Trackers};
 use crate::arm::Serial;
-use crate::control::{
-    Brake, Command, Events, GuardMemory, GuardParameters, Guarded, Turn,
-};
+use crate::control::{Brake, Command, Events, GuardMemory, GuardParameters, Guarded, Turn};
 use crate::error::{Error, Result};
 use crate::math::Vector;
 
@@ -54,8 +52,7 @@ pub(super) struct Arguments<'a, 'py> {
     pub last_tau: Given<'a, 'py>,
 }
 
-type Guarding<'a, const N: usize> =
-    Turn<'a, N, AnyLaw<N>, AnyCompensator<N>, Memory<N>>;
+type Guarding<'a, const N: usize> = Turn<'a, N, AnyLaw<N>, AnyCompensator<N>, Memory<N>>;
 
 impl<const N: usize> Own<N> {
     pub fn turn<'a>(&'a mut self, tracker: &'a mut Tracker<N>) -> Guarding<'a, N> {

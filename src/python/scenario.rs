@@ -4,8 +4,10 @@ use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pythonize::pythonize;
 
 use super::curves::PyCurve;
+use super::effects::PyEffects;
 use super::form::Fields;
 use super::fuzzy::PyFuzzyCompensator;
 use super::two_link::PyTwoLink;
@@ -31,15 +33,44 @@ pub(super) fn paper_scenario(number: usize, preset: &str) -> PyResult<String> {
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
 /// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
 /// ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-/// likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
-/// ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+/// likewise; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``,
+/// ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``, ``robot``,
+/// ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the file, see
+/// `Scenario`. Keys are the arguments of the classes. Raises ValueError
 /// naming the path of what is unknown, of the wrong type or out of range:
 /// ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
-    let Scenario { two_link, plant, controller, compensator, reference, disturbance, run } =
-        Scenario::from_toml(text)?;
+    let Scenario {
+        title,
+        robot,
+        two_link,
+        plant,
+        controller,
+        compensator,
+        reference,
+        disturbance,
+        run,
+        actual,
+        effects,
+        front,
+        metrics,
+        controllers,
+    } = Scenario::from_toml(text)?;
     let sections = PyDict::new(py);
+    sections.set_item("title", title)?;
+    sections.set_item("robot", pythonize(py, &robot)?)?;
+    let mut actual = actual;
+    let other = actual.as_mut().and_then(|actual| actual.two_link.take());
+    let actual = pythonize(py, &actual)?;
+    if let Some(arm) = other {
+        actual.set_item("two_link", PyTwoLink::made(arm)?)?;
+    }
+    sections.set_item("actual", actual)?;
+    sections.set_item("front", pythonize(py, &front)?)?;
+    sections.set_item("metrics", pythonize(py, &metrics)?)?;
+    sections.set_item("controllers", pythonize(py, &controllers)?)?;
+    sections.set_item("effects", effects.map(PyEffects::made).transpose()?)?;
     let set = |name, path: &str, object: Option<PyResult<Bound<'_, PyAny>>>| {
         let named = |error: PyErr| PyValueError::new_err(format!("{path}.{}", error.value(py)));
         sections.set_item(name, object.transpose().map_err(named)?)

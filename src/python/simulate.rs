@@ -81,24 +81,19 @@ pub(super) fn simulate<'py>(
     let record_every = count(record_every, "record_every", 1)?;
     let records = [("all", sim::Record::All), ("motion", sim::Record::Motion)];
     let record = word(record, "record", records)?;
-    let settings = Settings {
-        duration,
-        dt,
-        method,
-        control_period,
-        record_every,
-        record,
-        q0,
-        dq0,
-        effects,
-    };
+    let settings =
+        Settings { duration, dt, method, control_period, record_every, record, q0, dq0, effects };
     let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
     let guard = tracker.cast::<PyGuard>().ok();
     let mut guards = guard.map(|guard| guard.try_borrow().map(|guard| guard.twin())).transpose()?;
     let guarded = guard.map(|guard| guard.borrow().tracker.clone_ref(py));
     let tracker = match &guarded {
         Some(tracker) => tracker.bind(py),
-        None => object::<PyController>(tracker, "tracker", "a Controller, such as a ComputedTorque, or a Guard")?,
+        None => object::<PyController>(
+            tracker,
+            "tracker",
+            "a Controller, such as a ComputedTorque, or a Guard",
+        )?,
     };
     let mut twin = PyController::twin(tracker)?;
     let start = twin.parts(py).1;

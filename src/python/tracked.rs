@@ -26,8 +26,7 @@ use crate::reference::Setpoint;
 use crate::scenario::{Adapts, LawSettings};
 
 /// A controller of `N` joints.
-pub(super) type Controller<const N: usize> =
-    control::Controller<N, AnyLaw<N>, AnyCompensator<N>>;
+pub(super) type Controller<const N: usize> = control::Controller<N, AnyLaw<N>, AnyCompensator<N>>;
 
 /// A controller with its state.
 #[derive(Clone)]
@@ -247,6 +246,7 @@ impl<const N: usize> Tracker<N> {
         conditions: &Conditions<'_>,
     ) -> PyResult<Report<N>> {
         let Controller { law, compensator, limits, .. } = &*self.controller;
+        let law = law.computed()?;
         let report = Report::new(law, limits, compensator.subject(), course, conditions);
         // As Python names it.
         report.map_err(|error| match error.parameter() {

@@ -14,8 +14,17 @@ use crate::control::{Front, Gains};
 
 /// The arguments of the class.
 const NAMES: [&str; 11] = [
-    "arm", "kp", "kv", "compensator", "effort_limit", "effort_rate_limit", "last_tau", "hand_over",
-    "velocity_filter", "bumpless", "delay",
+    "arm",
+    "kp",
+    "kv",
+    "compensator",
+    "effort_limit",
+    "effort_rate_limit",
+    "last_tau",
+    "hand_over",
+    "velocity_filter",
+    "bumpless",
+    "delay",
 ];
 
 /// Computed torque for the nominal arm with a compensator (7), (11), (12), and its state.
@@ -97,8 +106,17 @@ impl PyComputedTorque {
         let [effort, effort_rate, last_tau] = said(&trackers);
         let Front { hand_over, velocity_filter, bumpless, delay } = front(&trackers);
         let values = (
-            arm, kp, kv, compensator, effort, effort_rate, last_tau, hand_over, velocity_filter,
-            bumpless, delay,
+            arm,
+            kp,
+            kv,
+            compensator,
+            effort,
+            effort_rate,
+            last_tau,
+            hand_over,
+            velocity_filter,
+            bumpless,
+            delay,
         );
         let arguments = Objects::new(py, &NAMES, values)?;
         Ok(PyClassInitializer::from(PyController { arguments, trackers }).add_subclass(Self))

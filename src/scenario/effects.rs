@@ -119,7 +119,9 @@ impl EffectsSettings {
             }
         };
         let velocity = match self.velocity {
-            VelocityName::Measured => Velocity::Measured(self.velocity_noise.each("velocity_noise")?),
+            VelocityName::Measured => {
+                Velocity::Measured(self.velocity_noise.each("velocity_noise")?)
+            }
             VelocityName::Difference => Velocity::Difference(self.velocity_cutoff),
             VelocityName::Tracking => Velocity::Tracking(self.velocity_bandwidth),
             VelocityName::Kalman => Velocity::Kalman(self.velocity_acceleration),

@@ -6,9 +6,8 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ActualSettings, CompensatorSettings, ControllerSettings, Curve, CurveSettings,
-    EffectsSettings, FrontSettings, LawSettings, MetricsSettings, RobotSettings, RunSettings,
-    TwoLinkSettings,
+    ActualSettings, CompensatorSettings, ControllerSettings, Curve, CurveSettings, EffectsSettings,
+    FrontSettings, LawSettings, MetricsSettings, RobotSettings, RunSettings, TwoLinkSettings,
 };
 use crate::error::Error;
 use crate::robot::{ReadError, limited};

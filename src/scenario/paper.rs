@@ -34,6 +34,7 @@ impl Scenario {
             reference: sines((&paper::reference()?).into()),
             disturbance: sines((&paper::disturbance()?).into()),
             run: Some(RunSettings::default()),
+            ..Self::default()
         })
     }
 }

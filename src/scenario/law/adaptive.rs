@@ -47,9 +47,7 @@ where
     pub fn slotine_li(&self, it: &SlotineLiSettings, natural: bool) -> Result<BuiltLaw<N>> {
         let arm = self.arm.clone();
         let how = match it.by_bandwidth()? {
-            Some(bandwidth) => {
-                Natural::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?)
-            }
+            Some(bandwidth) => Natural::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?),
             None => Natural::Gains(gain("slope", &it.slope)?, number("gain", &it.gain)?),
         };
         let law = match &how {
@@ -108,9 +106,7 @@ where
         it: &AdaptiveComputedTorqueSettings,
     ) -> Result<BuiltLaw<N>> {
         let how = match it.by_bandwidth()? {
-            Some(bandwidth) => {
-                Model::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?)
-            }
+            Some(bandwidth) => Model::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?),
             None => Model::Gains(
                 gains(&it.kp, &it.kv)?,
                 number("q", &it.q)?,
@@ -154,9 +150,7 @@ impl<const N: usize> Uses<N> for Parameters<'_, N> {
         A: Parametric<N, K> + Clone + Send + Sync + 'static,
     {
         let adaptation = match self.0 {
-            Natural::Gains(slope, gain) => {
-                AdaptiveParameters::new(arm.clone(), *slope, [*gain; K])
-            }
+            Natural::Gains(slope, gain) => AdaptiveParameters::new(arm.clone(), *slope, [*gain; K]),
             Natural::Bandwidth(bandwidth, motion) => {
                 AdaptiveParameters::with_bandwidth(arm.clone(), *bandwidth, motion)
             }

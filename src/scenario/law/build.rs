@@ -8,8 +8,8 @@ use crate::control::{
 };
 use crate::error::{Error, Result};
 use crate::laws::{
-    DisturbanceObserver, HInfinity, Inertia, Integral, Mismatch, MomentumObserver, PdGravity,
-    Rise, Robust, SlidingMode, SuperTwisting, TimeDelay, TimeDelayState,
+    DisturbanceObserver, HInfinity, Inertia, Integral, Mismatch, MomentumObserver, PdGravity, Rise,
+    Robust, SlidingMode, SuperTwisting, TimeDelay, TimeDelayState,
 };
 use crate::scenario::PerJoint;
 
@@ -107,7 +107,10 @@ impl LawSettings {
 }
 
 /// A gain of `N` joints that has to be there.
-pub(super) fn gain<const N: usize>(name: &'static str, value: &Option<PerJoint>) -> Result<[f64; N]> {
+pub(super) fn gain<const N: usize>(
+    name: &'static str,
+    value: &Option<PerJoint>,
+) -> Result<[f64; N]> {
     value.as_ref().ok_or_else(|| Error::missing(name))?.each(name)
 }
 
@@ -120,7 +123,10 @@ fn mismatch(settings: &Option<MismatchSettings>) -> Result<Mismatch> {
     settings.as_ref().map(Mismatch::from).ok_or_else(|| Error::missing("uncertainty"))
 }
 
-pub(super) fn gains<const N: usize>(kp: &Option<PerJoint>, kv: &Option<PerJoint>) -> Result<Gains<N>> {
+pub(super) fn gains<const N: usize>(
+    kp: &Option<PerJoint>,
+    kv: &Option<PerJoint>,
+) -> Result<Gains<N>> {
     Gains::new(gain("kp", kp)?, gain("kv", kv)?)
 }
 
@@ -187,9 +193,7 @@ where
 
     fn sliding_mode(&self, it: &SlidingModeSettings) -> Result<BuiltLaw<N>> {
         let feedback = match it.by_bandwidth()? {
-            Some(bandwidth) => {
-                SlidingMode::with_bandwidth(bandwidth, &mismatch(&it.uncertainty)?)?
-            }
+            Some(bandwidth) => SlidingMode::with_bandwidth(bandwidth, &mismatch(&it.uncertainty)?)?,
             None => {
                 let feedback = SlidingMode {
                     lambda: gain("slope", &it.slope)?,
@@ -213,11 +217,8 @@ where
             Some(bandwidth) => Robust::with_bandwidth(bandwidth, &mismatch(&it.uncertainty)?)?,
             None => {
                 let gains = gains(&it.kp, &it.kv)?;
-                let [q, bound, layer] = [
-                    number("q", &it.q)?,
-                    number("bound", &it.bound)?,
-                    number("layer", &it.layer)?,
-                ];
+                let [q, bound, layer] =
+                    [number("q", &it.q)?, number("bound", &it.bound)?, number("layer", &it.layer)?];
                 Robust::new(gains, q, f64::INFINITY, bound, layer)?
             }
         };
@@ -298,10 +299,9 @@ where
                 Gains::with_bandwidth(bandwidth)?,
                 DisturbanceObserver::with_bandwidth(arm, bandwidth)?,
             ),
-            None => (
-                gains(&it.kp, &it.kv)?,
-                DisturbanceObserver::new(arm, gain("gain", &it.gain)?)?,
-            ),
+            None => {
+                (gains(&it.kp, &it.kv)?, DisturbanceObserver::new(arm, gain("gain", &it.gain)?)?)
+            }
         };
         self.suits(|h, d| gains.suits(h, d).and_then(|()| observer.suits(h, d)))?;
         self.with(gains, observer)
@@ -312,10 +312,7 @@ where
         let (gains, observer) = match it.by_bandwidth::<N>()? {
             Some(bandwidth) => {
                 let slowest = bandwidth.iter().copied().fold(f64::INFINITY, f64::min);
-                (
-                    Gains::with_bandwidth(bandwidth)?,
-                    MomentumObserver::with_bandwidth(arm, slowest)?,
-                )
+                (Gains::with_bandwidth(bandwidth)?, MomentumObserver::with_bandwidth(arm, slowest)?)
             }
             None => {
                 (gains(&it.kp, &it.kv)?, MomentumObserver::new(arm, number("pole", &it.pole)?)?)
