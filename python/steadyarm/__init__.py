@@ -6,7 +6,8 @@
 >>> print(run.metrics(window=(20, 40)))
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
-(`ComputedTorque`) with or without a `FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference
+(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
+`Plant`, `Effects` of sensors and actuators, a reference
 (`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
 (`bounded_real_riccati`, `care`). `plots` and `animation` are imported when they are first used.
 """
@@ -14,10 +15,12 @@ What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a contro
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from . import paper
+from . import laws, paper
 from ._core import (
     Arm,
     ComputedTorque,
+    Controller,
+    Effects,
     Excess,
     FuzzyApproximator,
     FuzzyBasis,
@@ -36,6 +39,7 @@ from ._core import (
     read_scenario,
 )
 from ._scene import VERSION as _VERSION
+from .bench import Scenario, compare, scenario_names
 from .comparison import Comparison
 from .design import DesignReport, design
 from .metrics import Metrics
@@ -60,8 +64,10 @@ __all__ = [
     "Channel",
     "Comparison",
     "ComputedTorque",
+    "Controller",
     "DesignReport",
     "DesignWarning",
+    "Effects",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
@@ -74,6 +80,7 @@ __all__ = [
     "Quintic",
     "RiccatiSolution",
     "Run",
+    "Scenario",
     "Scene",
     "Serial",
     "Sines",
@@ -83,10 +90,13 @@ __all__ = [
     "__version__",
     "bounded_real_riccati",
     "care",
+    "compare",
     "design",
+    "laws",
     "paper",
     "read_scenario",
     "replay",
+    "scenario_names",
     "simulate",
 ]
 

@@ -58,6 +58,7 @@ _Array = NDArray[np.float64]
 _Triple = tuple[_Array, _Array, _Array]
 _JointKind = Literal["revolute", "continuous", "prismatic"]
 _Signal = Literal["e", "de", "q", "dq", "q_d", "dq_d", "ddq_d"]
+
 class _Stepping(Protocol):
     def step(
         self, q: _Array, dq: _Array, q_d: _Array, dq_d: _Array, ddq_d: _Array, dt: float, /
@@ -774,6 +775,9 @@ class Controller:
     def unfreeze(self) -> None:
         """Adapt again. Raises TypeError without a compensator."""
     @property
+    def learns(self) -> bool:
+        """Whether what it learns stays right when learning stops; an observer learns nothing."""
+    @property
     def frozen(self) -> bool:
         """Whether adaptation is stopped."""
     def save(self, path: str | PathLike[str]) -> None:
@@ -1065,9 +1069,9 @@ class Effects(Settings):
     encoder_bits: bits of each encoder in a turn of its joint, scalar or (n,); None: exact.
     noise: standard deviation of positions, before the encoder [rad], scalar or (n,).
     velocity: where velocities come from: "measured" (the joint's own, with ``velocity_noise``
-        [rad/s]), "difference" of positions through a first-order filter of ``velocity_cutoff`` [Hz],
-        a "tracking" differentiator of ``velocity_bandwidth`` [rad/s], or a "kalman" filter in its
-        steady state that counts with accelerations of ``velocity_acceleration`` [rad/s²].
+        [rad/s]), "difference" of positions through a first-order filter of ``velocity_cutoff``
+        [Hz], a "tracking" differentiator of ``velocity_bandwidth`` [rad/s], or a "kalman" filter in
+        its steady state that counts with accelerations of ``velocity_acceleration`` [rad/s²].
     velocity_noise, velocity_cutoff, velocity_bandwidth, velocity_acceleration: as above.
     delay: samples, 0 to 4, between a torque and the period in which it acts.
     jitter: by how much a period may differ from its length, as a share of it, 0 to 0.9.
@@ -1099,6 +1103,12 @@ class Effects(Settings):
         cogging_per_turn: float | None = None,
         seed: int | None = None,
     ) -> Effects: ...
+    @property
+    def delay(self) -> int:
+        """Samples between a torque and the period in which it acts."""
+    @property
+    def seed(self) -> int:
+        """Seed of all that is random."""
 
 @disjoint_base
 class Curve(Settings):

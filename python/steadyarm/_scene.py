@@ -24,6 +24,8 @@ CLASSES: dict[str, Any] = {
     made.__name__: made
     for made in (
         _core.ComputedTorque,
+        _core.Controller,
+        _core.Effects,
         _core.FuzzyBasis,
         _core.FuzzyCompensator,
         _core.Plant,
@@ -40,7 +42,7 @@ PARAMETERS = {name: list(inspect.signature(made).parameters) for name, made in C
 
 OPTIONS = (
     "duration", "dt", "method", "control_period", "q0", "dq0", "rtol", "atol", "record_every",
-    "record",
+    "record", "effects",
 )  # fmt: skip
 """Arguments of `simulate` beside plant, tracker and reference."""
 
@@ -59,18 +61,19 @@ class Scene:
     def of(
         cls,
         plant: _core.Plant,
-        tracker: tuple[Any, ...],
+        tracker: tuple[type[_core.Controller], tuple[Any, ...]],
         start: bytes,
         reference: Any,
         options: Mapping[str, Any],
     ) -> Scene:
         """Of the arguments of a simulation, the tracker by its own."""
-        arguments = dict(zip(PARAMETERS["ComputedTorque"], tracker, strict=True))
+        kind, values = tracker[0].__name__, tracker[1]
+        arguments = dict(zip(PARAMETERS[kind], values, strict=True))
         parts = {
             "steadyarm": VERSION,
             "joint_names": joint_names(plant.arm, plant.arm.joints),
             "plant": plant,
-            "tracker": {"ComputedTorque": arguments},
+            "tracker": {kind: arguments},
             "reference": reference,
             "options": {name: _option(name, value) for name, value in options.items()},
         }
@@ -83,7 +86,7 @@ class Scene:
 
     def build(
         self, reference: Any, disturbance: Any
-    ) -> tuple[_core.Plant, _core.ComputedTorque, Any, dict[str, Any]]:
+    ) -> tuple[_core.Plant, _core.Controller, Any, dict[str, Any]]:
         """Plant, tracker at the start of the run, reference and options.
 
         What is given takes the place of what the scene has. Raises ValueError for a callable that
@@ -96,19 +99,20 @@ class Scene:
 
     def _built(
         self, reference: Any, disturbance: Any
-    ) -> tuple[_core.Plant, _core.ComputedTorque, Any, dict[str, Any]]:
+    ) -> tuple[_core.Plant, _core.Controller, Any, dict[str, Any]]:
         plant = self.parts["plant"]
         if disturbance is not None:
             arguments = _plain(plant)["Plant"] | {"disturbance": disturbance}
             plant = {"Plant": arguments}
         plant = _object(plant, "plant", _core.Plant)
-        tracker = _object(self.parts["tracker"], "tracker", _core.ComputedTorque)
+        tracker = _object(self.parts["tracker"], "tracker", _core.Controller)
         tracker.__setstate__(self.start)
         if reference is None:
             reference = _built(self.parts["reference"], "reference")
         if not callable(reference):
             raise ValueError(f"reference: got {reference!r:.80}, wants one that can be called")
-        return plant, tracker, reference, dict(self.parts["options"])
+        options = {name: _built(value, name) for name, value in self.parts["options"].items()}
+        return plant, tracker, reference, options
 
 
 def read(text: bytes, joints: int) -> dict[str, Any]:
@@ -125,6 +129,8 @@ def read(text: bytes, joints: int) -> dict[str, Any]:
     for key in ("plant", "tracker", "reference", "options"):
         if not isinstance(parts[key], dict):
             raise ValueError(f"{key}: got {parts[key]!r:.80}, wants an object")
+    # Runs of older versions have no effects.
+    parts["options"].setdefault("effects", None)
     if sorted(parts["options"]) != sorted(OPTIONS):
         raise ValueError(f"options: got {parts['options']!r:.80}, wants {', '.join(OPTIONS)}")
     return parts
@@ -144,7 +150,7 @@ def arguments(value: Any) -> dict[str, Any]:
 
 def _option(name: str, value: Any) -> Any:
     """An option in plain values: what is done to an array later changes no run."""
-    if value is None or isinstance(value, str):
+    if value is None or isinstance(value, str | _core.Effects):
         return value
     return int(value) if name == "record_every" else np.asarray(value, dtype=float).tolist()
 
@@ -178,8 +184,10 @@ def _object(value: Any, name: str, wanted: type) -> Any:
 def _built(value: Any, name: str) -> Any:
     if isinstance(value, list):
         return [_built(item, name) for item in value]
-    if not isinstance(value, Mapping) or len(value) != 1:
+    if not isinstance(value, Mapping):
         return value
+    if len(value) != 1:
+        return {key: _built(item, key) for key, item in value.items()}
     ((kind, arguments),) = value.items()
     if kind == "callable":
         was = f"it was a callable, {arguments!s:.80}, which no file keeps"

@@ -14,10 +14,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import __version__, _files, _streams, paper, reproduction
+from ._bench import add_compare, add_run
 from ._design import add_design
 from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
 from ._simulate import add_simulate
 from ._streams import say, tell
+from .bench import LIBRARY, scenario_names
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -26,8 +28,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Tracking control of robot arms whose dynamics nobody knows exactly: a model-based controller
 (computed torque), plus a fuzzy compensator that learns, while the arm moves, what the model leaves
-out. This command runs the scenes of the paper, a two-joint arm, and your own of such an arm; for
-other arms use the Python or Rust package.
+out. This command runs the scenes of the paper, a two-joint arm, your own of such an arm, and
+compares every controller on any robot.
 """
 
 EPILOG = """\
@@ -36,6 +38,8 @@ try:
   steadyarm simulate --preset claimed --plot run.png  one run, drawn
   steadyarm design --preset claimed --control-period 0.002
                                                       will it help, will it be stable?
+  steadyarm compare paper_sensors                     every rival, in one table
+  steadyarm compare robot.urdf --payload 2            the same on your robot
   steadyarm scenario > mine.toml                      a file to edit; simulate --scenario mine.toml
   steadyarm approximate --out approximation.png       how well rules can learn a function
 
@@ -204,17 +208,27 @@ def _add_scenario(commands: Commands) -> None:
     parser = command(
         commands,
         "scenario",
-        "a simulation of the paper as TOML, to be edited for your own scene",
-        "Print one of the paper's simulations as TOML. Edit it, and run it:\n\n"
+        "a scenario as TOML, to be edited for your own scene",
+        "Print one of the paper's simulations, or a scenario of `steadyarm compare`, as TOML.\n"
+        "Edit it, and run it:\n\n"
         "  steadyarm scenario --preset claimed > mine.toml\n"
-        "  steadyarm simulate --scenario mine.toml",
+        "  steadyarm simulate --scenario mine.toml\n\n"
+        "  steadyarm scenario paper_sensors > mine.toml\n"
+        "  steadyarm compare mine.toml",
         _scenario,
+    )
+    parser.add_argument(
+        "name", nargs="?", choices=scenario_names(), metavar="NAME", help="one of compare's list"
     )
     parser.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
     parser.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
 
 
 def _scenario(arguments: argparse.Namespace) -> int:
+    if arguments.name is not None:
+        text = (LIBRARY / f"{arguments.name}.toml").read_text(encoding="utf-8")
+        say(text.rstrip())
+        return 0
     say(paper.scenario(arguments.simulation, arguments.preset).rstrip())
     return 0
 
@@ -259,6 +273,8 @@ COMMANDS: tuple[Callable[[Commands], None], ...] = (
     _add_reproduce,
     add_simulate,
     add_design,
+    add_compare,
+    add_run,
     _add_scenario,
     _add_approximate,
 )

@@ -193,7 +193,7 @@ class Run(_Columns):
             _reference=reference,
             guard=None if record["guard"] is None else GuardReport(*record["guard"]),
             # A guard is not part of a scene: without it, the run would be another.
-            _scene=Scene.of(plant, parts[0], record["start"], reference, options)
+            _scene=Scene.of(plant, parts[:2], record["start"], reference, options)
             if record["guard"] is None
             else None,
         )
@@ -210,7 +210,7 @@ class Run(_Columns):
                         return array
             if name not in DESIRED or "_reference" not in vars(self):
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            (nominal, *_), _ = self._tracker
+            _, (nominal, *_), _ = self._tracker
             arrays = _core.desired_motion(self._reference, nominal, self.t, self.q, self.dq)
             desired = dict(zip(DESIRED, arrays, strict=True))
             vars(self).update(desired)
@@ -305,7 +305,7 @@ class Run(_Columns):
         return _tables.to_xarray(self)
 
     @cached_property
-    def tracker(self) -> _core.ComputedTorque | None:
+    def tracker(self) -> _core.Controller | None:
         """The controller with all that it learnt, to go on with.
 
         None in a run from a file, or one made of another by ``dataclasses.replace``.
@@ -315,8 +315,8 @@ class Run(_Columns):
         parts = vars(self).get("_tracker")
         if parts is None:
             return None
-        arguments, state = parts
-        tracker = _core.ComputedTorque(*arguments)
+        kind, arguments, state = parts
+        tracker: _core.Controller = kind(*arguments)
         tracker.__setstate__(state)
         return tracker
 

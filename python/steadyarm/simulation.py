@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +31,7 @@ class DesignWarning(UserWarning):
 
 def simulate(
     plant: _core.Plant,
-    tracker: _core.ComputedTorque | _core.Guard,
+    tracker: _core.Controller | _core.Guard,
     reference: Reference,
     duration: float = 40.0,
     dt: float = 1e-3,
@@ -43,6 +44,7 @@ def simulate(
     atol: float = 1e-10,
     record_every: int = 1,
     record: Literal["all", "motion"] = "all",
+    effects: _core.Effects | None = None,
     progress: bool = False,
 ) -> Run:
     """Simulate the closed loop of plant, tracker and reference, and record it.
@@ -57,7 +59,9 @@ def simulate(
     Parameters
     ----------
     plant: what is really there.
-    tracker: the controller, or a `Guard` around one; the guard stays as it was too. A guard's run
+    tracker: the controller: a `ComputedTorque`, one of `laws`, or an object of your own with a
+        method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``, which is copied deeply; or a `Guard`
+        around one; the guard stays as it was too. A guard's run
         needs its ``control_period``, tells what it did in ``run.guard``, and
         cannot be replayed.
     reference: `Sines`, `Quintic`, `Table`, or a callable ``t -> (q_d, dq_d, ddq_d)``.
@@ -78,6 +82,8 @@ def simulate(
         called again at the times of the rows. The arrays of the other signals are empty. It saves
         memory, and most of the time of a "dp54" run with many rows: they come from its dense
         output alone.
+    effects: sensors, timing and actuators between controller and arm; see `Effects`. Needs a
+        ``control_period``.
     progress: show a progress bar.
 
     Returns
@@ -91,20 +97,23 @@ def simulate(
     Exception
         Whatever a callable raises, with a note of when; its attribute ``run`` holds the run so far.
     """
+    if not isinstance(tracker, _core.Controller | _core.Guard) and hasattr(tracker, "step"):
+        arm = getattr(plant, "arm", None)
+        tracker = _core.Controller(arm, tracker, control_period=control_period)
     arguments = (plant, tracker, reference, duration, dt, method)
-    options = (control_period, q0, dq0, rtol, atol, record_every)
+    numerics = (control_period, q0, dq0, rtol, atol, record_every)
+    run_of = functools.partial(_core.simulate, *arguments, *numerics, record, effects)
     if progress:
         from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
 
         bar_format = "{l_bar}{bar}| {n:.1f}/{total:.1f} s [{elapsed}<{remaining}]"
         with tqdm(total=float(duration), bar_format=bar_format) as bar:
-            columns, raised = _core.simulate(
-                *arguments, *options, record, lambda t: bar.update(t - bar.n)
-            )
+            columns, raised = run_of(lambda t: bar.update(t - bar.n))
             bar.update(columns["status"][1] - bar.n)
     else:
-        columns, raised = _core.simulate(*arguments, *options, record, _stopping.poll())
-    given = dict(zip(_scene.OPTIONS, (duration, dt, method, *options, record), strict=True))
+        columns, raised = run_of(_stopping.poll())
+    options = (duration, dt, method, *numerics, record, effects)
+    given = dict(zip(_scene.OPTIONS, options, strict=True))
     run = Run._from_record(columns, plant, reference, given)
     vars(run)["notes"] = _notes(run, plant, tracker, reference, duration, q0)
     if raised is not None:
@@ -125,7 +134,7 @@ def replay(path: str | Path, *, reference: Reference | None = None, disturbance:
 def _notes(
     run: Run,
     plant: _core.Plant,
-    tracker: _core.ComputedTorque | _core.Guard,
+    tracker: _core.Controller | _core.Guard,
     reference: Reference,
     duration: float,
     q0: ArrayLike | None,

@@ -20,8 +20,8 @@ pub(super) enum AnyCompensator<const N: usize> {
     None,
     Fuzzy(Box<FuzzyCompensator<N>>),
     Kernel(Box<KernelCompensator<N>>),
-    /// That of another law.
-    Other(BoxedCompensator<N>),
+    /// That of another law, and whether it learns something that stays right.
+    Other(BoxedCompensator<N>, bool),
     /// None, of a controller of one's own, which works from sample to sample.
     Own,
 }
@@ -41,7 +41,7 @@ macro_rules! both {
         match ($any, $memory) {
             (AnyCompensator::Fuzzy($compensator), Memory::Fuzzy($state)) => $body,
             (AnyCompensator::Kernel($compensator), Memory::Kernel($state)) => $body,
-            (AnyCompensator::Other($compensator), Memory::Other($state)) => $body,
+            (AnyCompensator::Other($compensator, _), Memory::Other($state)) => $body,
             _ => $none,
         }
     };
@@ -85,7 +85,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
     fn channels(&self) -> &'static [Channel] {
         match self {
             Self::None | Self::Own => &[],
-            Self::Other(it) => Compensator::<N, BoxedState>::channels(it),
+            Self::Other(it, _) => Compensator::<N, BoxedState>::channels(it),
             Self::Fuzzy(fuzzy) => Compensator::<N, FuzzyState<N, Vec<f64>>>::channels(&**fuzzy),
             Self::Kernel(kernel) => Compensator::<N, KernelState<N, Vec<f64>>>::channels(&**kernel),
         }
@@ -94,7 +94,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
     fn sampled_only(&self) -> bool {
         match self {
             Self::Own => true,
-            Self::Other(it) => it.sampled_only(),
+            Self::Other(it, _) => it.sampled_only(),
             _ => false,
         }
     }
@@ -108,7 +108,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
 macro_rules! any {
     ($any:expr, $method:ident($($argument:expr),*)) => {
         match $any {
-            AnyCompensator::Other(it) => Saves::<N, BoxedState>::$method(it, $($argument),*),
+            AnyCompensator::Other(it, _) => Saves::<N, BoxedState>::$method(it, $($argument),*),
             AnyCompensator::None | AnyCompensator::Own => Saves::<N, ()>::$method(&NoCompensation, $($argument),*),
             AnyCompensator::Fuzzy(it) => {
                 Saves::<N, FuzzyState<N, Vec<f64>>>::$method(&**it, $($argument),*)
@@ -163,7 +163,7 @@ impl<const N: usize> AnyCompensator<N> {
     pub fn state(&self) -> Memory<N> {
         match self {
             Self::None | Self::Own => Memory::None,
-            Self::Other(it) => Memory::Other(it.state()),
+            Self::Other(it, _) => Memory::Other(it.state()),
             Self::Fuzzy(fuzzy) => Memory::Fuzzy(Box::new(fuzzy.state())),
             Self::Kernel(kernel) => Memory::Kernel(Box::new(kernel.state())),
         }
@@ -174,6 +174,15 @@ impl<const N: usize> AnyCompensator<N> {
         !matches!(self, Self::None | Self::Own)
     }
 
+    /// Whether what it learns stays right when learning stops.
+    pub fn learns(&self) -> bool {
+        match self {
+            Self::None | Self::Own => false,
+            Self::Fuzzy(_) | Self::Kernel(_) => true,
+            Self::Other(_, learns) => *learns,
+        }
+    }
+
     /// Columns of W.
     pub fn rules(&self) -> PyResult<usize> {
         Ok(self.dense()?.weights_len() / N)
@@ -182,7 +191,7 @@ impl<const N: usize> AnyCompensator<N> {
     /// It, as the one that has a matrix of weights.
     fn dense(&self) -> PyResult<&FuzzyCompensator<N>> {
         match self {
-            Self::None | Self::Other(_) | Self::Own => Err(no_compensator()),
+            Self::None | Self::Other(..) | Self::Own => Err(no_compensator()),
             Self::Fuzzy(fuzzy) => Ok(fuzzy),
             Self::Kernel(_) => Err(no_matrix()),
         }
@@ -191,7 +200,7 @@ impl<const N: usize> AnyCompensator<N> {
     /// It, as the subject of a design report; `None` where there is nothing to report on.
     pub fn subject(&self) -> Option<&dyn Subject<N>> {
         match self {
-            Self::None | Self::Other(_) | Self::Own => None,
+            Self::None | Self::Other(..) | Self::Own => None,
             Self::Fuzzy(fuzzy) => Some(&**fuzzy),
             Self::Kernel(kernel) => Some(&**kernel),
         }

@@ -285,6 +285,12 @@ impl PyController {
         self.set_frozen(false)
     }
 
+    /// Whether it learns something that stays right when learning stops; an observer does not.
+    #[getter]
+    fn learns(&self) -> bool {
+        each!(&self.trackers, Trackers, it => it.controller.compensator.learns())
+    }
+
     /// Whether adaptation is stopped.
     #[getter]
     fn frozen(&self) -> bool {

@@ -131,6 +131,18 @@ impl PyEffects {
         }
         Ok(Self::made(settings(&given, "effects")?)?.0)
     }
+
+    /// Samples between a torque and the period in which it acts.
+    #[getter]
+    fn delay(&self) -> usize {
+        self.settings.delay
+    }
+
+    /// Seed of all that is random.
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.settings.seed
+    }
 }
 
 impl<'py> IntoPyObject<'py> for &VelocityName {

@@ -49,6 +49,7 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
         controller,
         compensator,
         reference,
+        transfer,
         disturbance,
         run,
         actual,
@@ -81,7 +82,8 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
     set("controller", "controller", controller.map(|it| Ok(it.fields(py)?.into_any())))?;
     let object = compensator.map(|it| PyFuzzyCompensator::made(it)?.into_bound_py_any(py));
     set("compensator", "compensator", object)?;
-    for (name, motion) in [("reference", reference), ("disturbance", disturbance)] {
+    let motions = [("reference", reference), ("transfer", transfer), ("disturbance", disturbance)];
+    for (name, motion) in motions {
         let path = motion.as_ref().map_or("", |motion| motion.name());
         set(name, &format!("{name}.{path}"), motion.map(|it| PyCurve::object(py, &it)))?;
     }

@@ -114,7 +114,9 @@ where
     let delay = fronted.front()?.delay;
     let law: LawSettings = settings(law, "law")?;
     let built = law.build(&arm, period, delay).map_err(value_error)?;
-    let compensator = built.compensator.map_or(AnyCompensator::None, AnyCompensator::Other);
+    let compensator = built
+        .compensator
+        .map_or(AnyCompensator::None, |it| AnyCompensator::Other(it, law.learns()));
     begun(AnyLaw::Other(arm, built.law), compensator, limited, fronted)
 }
 

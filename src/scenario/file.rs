@@ -42,6 +42,8 @@ pub struct Scenario {
     pub compensator: Option<CompensatorSettings>,
     /// Where the arm should be.
     pub reference: Option<CurveSettings>,
+    /// Another motion, on which what was learnt is tried.
+    pub transfer: Option<CurveSettings>,
     /// The torque that nobody asked for.
     pub disturbance: Option<CurveSettings>,
     /// How it is simulated.
@@ -155,7 +157,11 @@ impl Scenario {
 
     /// The motions, with their paths.
     fn motions(&self) -> impl Iterator<Item = (&CurveSettings, String)> {
-        let sections = [("reference", &self.reference), ("disturbance", &self.disturbance)];
+        let sections = [
+            ("reference", &self.reference),
+            ("transfer", &self.transfer),
+            ("disturbance", &self.disturbance),
+        ];
         sections.into_iter().filter_map(|(section, motion)| {
             let motion = motion.as_ref()?;
             Some((motion, format!("{section}.{}", motion.name())))

@@ -23,8 +23,8 @@ mod soak;
 mod control;
 mod design;
 mod determinism;
-#[cfg(feature = "urdf")]
 mod effects;
+#[cfg(feature = "urdf")]
 mod examples;
 mod fuzzy;
 mod golden;
@@ -37,4 +37,6 @@ mod riccati;
 mod robot;
 #[cfg(feature = "urdf")]
 mod scenario;
+#[cfg(feature = "urdf")]
+mod settings;
 mod sim;

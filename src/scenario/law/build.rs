@@ -219,7 +219,7 @@ where
                 let gains = gains(&it.kp, &it.kv)?;
                 let [q, bound, layer] =
                     [number("q", &it.q)?, number("bound", &it.bound)?, number("layer", &it.layer)?];
-                Robust::new(gains, q, f64::INFINITY, bound, layer)?
+                Robust::new(gains, q, it.gamma.unwrap_or(f64::INFINITY), bound, layer)?
             }
         };
         if let Some(uncertainty) = &it.uncertainty {

@@ -149,6 +149,8 @@ settings! {
         /// ε.
         layer
     } also {
+        /// γ of (19), whose P is taken in place of Lyapunov's.
+        gamma: f64,
         /// What the model may miss; needed for a bandwidth.
         uncertainty: MismatchSettings
     }

@@ -1,0 +1,150 @@
+"""The commands ``steadyarm run`` and ``steadyarm compare``."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ._options import FAILED, STOPPED, Refused, check_files, command, names, number, picture, record
+from ._streams import say
+from .bench import Scenario, compare, load_robot, scenario_names
+from .comparison import Comparison, Row
+
+if TYPE_CHECKING:
+    from ._options import Commands
+
+ROBOTS = (".urdf", ".xml")
+"""Endings of files that are robots, and no scenarios."""
+
+
+def add_run(commands: Commands) -> None:
+    """Add the command ``run``."""
+    parser = command(
+        commands,
+        "run",
+        "one controller of a scenario: how it ended, the error, the torque",
+        "Run one controller of a scenario, a TOML file or one that comes with the package:\n"
+        f"{_listed()}",
+        _run,
+    )
+    _add_source(parser)
+    add = parser.add_argument
+    add("--controller", metavar="NAME", help="which one (default: the first)")
+    add("--seed", metavar="N", type=int, help="seed of noise, jitter, lost samples")
+    add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
+    add("--save", metavar="FILE.npz", type=record, help="keep the run")
+
+
+def add_compare(commands: Commands) -> None:
+    """Add the command ``compare``."""
+    parser = command(
+        commands,
+        "compare",
+        "every controller of a scenario, or on your robot, in one table",
+        "Run all controllers of a scenario and print one table, sorted by the steady error.\n"
+        "A scenario is a TOML file, or one that comes with the package:\n"
+        f"{_listed()}\n\n"
+        "A robot, a URDF file or the name of a shipped one (panda, ur5e, puma560), is compared\n"
+        "with sensors, friction and --payload that no controller knows of.",
+        _compare,
+    )
+    _add_source(parser)
+    add = parser.add_argument
+    add("--only", metavar="NAME,…", type=names, help="these controllers alone")
+    add("--seeds", metavar="N", type=int, default=1, help="number of seeds (default: 1)")
+    add("--workers", metavar="N", type=int, help="threads (default: one a core)")
+    add("--csv", metavar="FILE", type=Path, help="write all rows as CSV")
+    add("--json", metavar="FILE", type=Path, help="write all rows as JSON")
+    add("--markdown", action="store_true", help="print the table in Markdown")
+    add("--html", metavar="FILE", type=Path, help="write one page: table, curves, Pareto plot")
+
+
+def _add_source(parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("scenario", metavar="SCENARIO", help="a TOML file, a name from the list, or a robot")
+    add("--payload", metavar="KG", type=number, default=2.0, help="of a robot (default: 2)")
+    add(
+        "--bandwidth",
+        metavar="P",
+        type=number,
+        default=15.0,
+        help="of all controllers on a robot [rad/s] (default: 15)",
+    )
+    add("--tip", metavar="LINK", help="the end of a robot's chain, where a file has several")
+
+
+def _listed() -> str:
+    return "\n".join(f"  {name}" for name in scenario_names())
+
+
+def scene_of(arguments: argparse.Namespace) -> Scenario:
+    """The scenario that was asked for; one is made for a robot."""
+    source = arguments.scenario
+    try:
+        shipped = source not in scenario_names() and Path(source).suffix == ""
+        if Path(source).suffix.lower() in ROBOTS or (shipped and not Path(source).exists()):
+            arm = load_robot(source, arguments.tip)
+            name = Path(source).stem
+            return Scenario.of_robot(
+                arm, payload=arguments.payload, bandwidth=arguments.bandwidth, name=name
+            )
+        return Scenario.read(source)
+    except OSError as error:
+        raise Refused(f"scenario: cannot read {source}: {error.strerror or error}") from error
+    except (ValueError, TypeError) as error:
+        raise Refused(error) from error
+
+
+def _run(arguments: argparse.Namespace) -> int:
+    check_files(arguments.plot, arguments.save)
+    scene = scene_of(arguments)
+    name = arguments.controller or next(iter(scene.controllers))
+    if name not in scene.controllers:
+        raise Refused(f"--controller: got {name!r}, wants one of {', '.join(scene.controllers)}")
+    try:
+        run = scene.simulate(name, seed=arguments.seed)
+    except (ValueError, TypeError) as error:
+        raise Refused(f"{name}: {error}") from error
+    say(f"scenario    {scene.title}\ncontroller  {name}\nstatus      {run.status}")
+    limit = scene.plant.effort_limit
+    row = Row.of(
+        run,
+        controller=name,
+        scenario=scene.name,
+        window=scene.window,
+        band=scene.band,
+        events=scene.events,
+        effort_limit=limit if np.isfinite(limit).any() else None,
+        curves=False,
+    )
+    say(str(Comparison([row], scene.title)))
+    for kind, path in (("picture", arguments.plot), ("record", arguments.save)):
+        if path is not None:
+            run.plot().savefig(path) if kind == "picture" else run.save(path)
+            say(f"{kind:12}{path}")
+    return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)
+
+
+def _compare(arguments: argparse.Namespace) -> int:
+    check_files(arguments.csv, arguments.json, arguments.html)
+    scene = scene_of(arguments)
+    only = [arguments.only] if isinstance(arguments.only, str) else arguments.only
+    try:
+        table = compare(scene, only=only, seeds=arguments.seeds, workers=arguments.workers)
+    except (ValueError, TypeError) as error:
+        raise Refused(error) from error
+    say(table.to_markdown() if arguments.markdown else str(table))
+    writers: list[tuple[Path | None, Any]] = [
+        (arguments.csv, table.to_csv),
+        (arguments.json, table.to_json),
+        (arguments.html, lambda path: table.to_html(path, arm=scene.nominal)),
+    ]
+    for path, write in writers:
+        if path is not None:
+            write(path)
+            say(f"written     {path}")
+    statuses = {row.status for row in table.rows}
+    return STOPPED if "interrupted" in statuses else 0

@@ -1,0 +1,382 @@
+"""Scenarios to compare controllers in: an arm that is not the one that they believe in, a motion,
+sensors, actuators; and `compare`, which runs them all and gives one table.
+
+>>> print(sa.compare("paper_sensors", only=["computed_torque", "pid"]))
+"""
+
+from __future__ import annotations
+
+import copy
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._actual import actual_plant
+from .compare_runner import Job, run_all
+from .comparison import Comparison, Row
+from .run import Run
+from .scenario import RUN
+from .simulation import simulate
+
+LIBRARY = Path(__file__).parent / "scenarios"
+"""The scenarios that come with the package, in TOML."""
+
+TIMED_STEPS = 2000
+"""Steps of which the processor time is taken."""
+
+Made = Callable[[_core.Arm], Any]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A scene with controllers to compare, as a file in TOML says it.
+
+    ``read`` takes the path of a file or the name of one that comes with the package
+    (`scenario_names`), ``of_robot`` makes one for any robot. ``plant`` is what is really there,
+    ``nominal`` what the controllers believe in.
+    """
+
+    name: str
+    nominal: _core.Arm
+    plant: _core.Plant
+    reference: Any
+    controllers: Mapping[str, Any]
+    """Laws by name: dicts as `Controller` takes them."""
+    title: str = ""
+    effects: _core.Effects | None = None
+    front: Mapping[str, Any] = field(default_factory=dict)
+    """hand_over, velocity_filter, bumpless, delay of every controller."""
+    options: Mapping[str, Any] = field(default_factory=dict)
+    """Arguments of `simulate`."""
+    window: tuple[float, float] | None = None
+    """Of the steady figures [s]; None: the second half."""
+    band: float = 0.01
+    transfer: Any = None
+    """Another motion, for what was learnt on the first; None: it is not tried."""
+    events: tuple[float, ...] = ()
+    """Times at which something happens [s]."""
+
+    @classmethod
+    def read(cls, source: str | Path) -> Scenario:
+        """Read a scenario: a path of a TOML file, or the name of one of `scenario_names`.
+
+        Raises OSError, and ValueError naming the path of the key that is wrong.
+        """
+        path = Path(source)
+        if path.suffix != ".toml" and str(source) in scenario_names():
+            path = LIBRARY / f"{source}.toml"
+        text = path.read_text(encoding="utf-8")
+        try:
+            return cls.of(_core.read_scenario(text), path.stem)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from error
+
+    @classmethod
+    def of(cls, sections: Mapping[str, Any], name: str = "scenario") -> Scenario:
+        """Build the sections that `read_scenario` gives."""
+        nominal = _nominal(sections)
+        if sections["reference"] is None:
+            raise ValueError("reference: is missing, wants a section such as [reference.sines]")
+        plant, events = actual_plant(
+            nominal, sections["plant"], sections["actual"], sections["disturbance"]
+        )
+        effects = sections["effects"]
+        controllers = dict(sections["controllers"])
+        if not controllers:
+            controllers = _own(sections)
+        metrics = sections["metrics"] or {}
+        options = dict(sections["run"] or RUN)
+        window = None
+        if metrics.get("from") is not None or metrics.get("to") is not None:
+            end = options["duration"] if metrics.get("to") is None else metrics["to"]
+            window = (metrics.get("from") or 0.0, end)
+        return cls(
+            name,
+            nominal,
+            plant,
+            sections["reference"],
+            controllers,
+            title=sections["title"] or name,
+            effects=effects,
+            front=_front(sections["front"], effects),
+            options=options,
+            window=window,
+            band=metrics.get("band", 0.01),
+            transfer=sections["transfer"],
+            events=events,
+        )
+
+    @classmethod
+    def of_robot(
+        cls,
+        arm: _core.Arm,
+        *,
+        payload: float = 0.0,
+        friction_share: float = 0.01,
+        name: str = "robot",
+        bandwidth: float = 15.0,
+        duration: float = 12.0,
+    ) -> Scenario:
+        """A first comparison for any robot.
+
+        The arm carries ``payload`` [kg] 5 cm beyond its tip and has friction that nobody told the
+        controllers of, ``friction_share`` of each effort limit; sensors are encoders of 16 bits
+        with velocities by difference, torques one sample late, at 1 kHz. Every controller has the
+        ``bandwidth`` [rad/s], and the motion stays within a third of the limits.
+        """
+        actual: dict[str, Any] = {"friction_share": friction_share}
+        if payload:
+            actual |= {"payload": {"mass": payload, "com": [0.0, 0.0, 0.05]}}
+        plant, _ = actual_plant(arm, None, actual, None)
+        effects = _core.Effects(encoder_bits=16, velocity="difference", delay=1)
+        reference = _sweep(arm)
+        return cls(
+            name,
+            arm,
+            plant,
+            reference,
+            usual_controllers(arm, bandwidth),
+            title=f"{name}: {payload:g} kg and friction that nobody told the controllers of",
+            effects=effects,
+            front=_front({"hand_over": 3.0, "velocity_filter": 100.0}, effects),
+            options=RUN
+            | {
+                "duration": duration,
+                "control_period": 1e-3,
+                "q0": np.asarray(reference(0.0)[0]).tolist(),
+            },
+        )
+
+    def controller(self, law: Any) -> Any:
+        """A controller of this scene: of a law (a dict), or of what `compare` takes."""
+        if isinstance(law, Mapping):
+            period = self.options.get("control_period")
+            limit = self.plant.effort_limit
+            limits = None if not np.isfinite(limit).all() else limit
+            return _core.Controller(self.nominal, law, limits, control_period=period, **self.front)
+        if isinstance(law, _core.Controller | _core.Guard):
+            return law
+        if isinstance(law, type) or not hasattr(law, "step"):
+            return law(self.nominal)
+        return law
+
+    def simulate(
+        self, law: Any, *, seed: int | None = None, reference: Any = None, **options: Any
+    ) -> Run:
+        """Run the scene with one controller; ``seed`` is that of the effects.
+
+        ``law``: the name of one of the scenario's controllers, or as `compare` takes it.
+        """
+        law = self.controllers[law] if isinstance(law, str) else law
+        return self._run(self.controller(law), seed, reference, options)
+
+    def _run(self, controller: Any, seed: int | None, reference: Any, options: Any) -> Run:
+        effects = self.effects
+        if effects is not None and seed is not None:
+            effects = effects.__replace__(seed=seed)
+        reference = self.reference if reference is None else reference
+        given = {**self.options, "effects": effects} | options
+        return simulate(self.plant, controller, reference, **given)
+
+
+def scenario_names() -> list[str]:
+    """The names of the scenarios that come with the package."""
+    return sorted(path.stem for path in LIBRARY.glob("*.toml"))
+
+
+def compare(
+    scenario: Scenario | str | Path,
+    controllers: Mapping[str, Any] | None = None,
+    *,
+    only: Sequence[str] | None = None,
+    seeds: int | Iterable[int] = 1,
+    workers: int | None = None,
+    progress: bool | None = None,
+    freeze: bool = True,
+) -> Comparison:
+    """Run every controller of a scenario, and give one table.
+
+    Parameters
+    ----------
+    scenario: a `Scenario`, the path of a file, or the name of one of `scenario_names`.
+    controllers: more of them by name: a law as a dict, a `Controller`, an object of your own with
+        a method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``, or a function of the nominal arm that
+        makes one of these, such as a class.
+    only: the names of those that run, in place of all.
+    seeds: a number of seeds, counted from 0, or the seeds: of noise, jitter, lost samples.
+    workers: number of threads; as many as there are cores by default.
+    progress: whether to show a bar; by default on a terminal.
+    freeze: whether what learns is run once more with learning stopped, and once more along the
+        scenario's ``transfer``.
+
+    Returns
+    -------
+    Comparison
+        A controller that its own condition refuses, or that raises, keeps its row, with the reason.
+        Ctrl-C keeps the rows that there are.
+
+    Raises
+    ------
+    ValueError, OSError
+        For a scenario that cannot be read, and a name in ``only`` that no controller has.
+    """
+    scene = scenario if isinstance(scenario, Scenario) else Scenario.read(scenario)
+    every = {**scene.controllers, **(controllers or {})}
+    names = list(every) if only is None else list(only)
+    unknown = [name for name in names if name not in every]
+    if unknown:
+        raise ValueError(f"only: got {unknown[0]!r}, wants some of {', '.join(every)}")
+    seeds = list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
+    if not seeds:
+        raise ValueError("seeds: got none, wants at least one")
+    jobs = [
+        Job(name, scene.name, seed, partial(_row, scene, name, every[name], seed, freeze))
+        for seed in seeds
+        for name in names
+    ]
+    return Comparison(run_all(jobs, workers, progress), scene.title)
+
+
+def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
+    """What one controller does with one seed."""
+    try:
+        controller = scene.controller(law)
+    except (ValueError, TypeError) as error:
+        return Row(name, scene.name, seed, "refused", str(error))
+    controller = copy.deepcopy(controller)
+    run = scene._run(controller, seed, None, {})
+    frozen = transfer = None
+    if freeze and run.status.finished and getattr(run.tracker, "learns", False):
+        tracker = run.tracker
+        assert tracker is not None
+        tracker.freeze()
+        tracker.start_hand_over()
+        frozen = scene._run(tracker, seed, None, {})
+        if scene.transfer is not None:
+            start = {"q0": scene.transfer(0.0)[0], "dq0": scene.transfer(0.0)[1]}
+            transfer = scene._run(tracker, seed, scene.transfer, start)
+    limit = scene.plant.effort_limit
+    return Row.of(
+        run,
+        controller=name,
+        scenario=scene.name,
+        seed=seed,
+        window=scene.window,
+        band=scene.band,
+        effort_limit=limit if np.isfinite(limit).any() else None,
+        events=scene.events,
+        step_time=_step_time(scene, controller, run),
+        frozen=frozen,
+        transfer=transfer,
+        transfer_window=scene.window,
+    )
+
+
+def _step_time(scene: Scenario, controller: Any, run: Run) -> float | None:
+    """Processor time of one step, called from Python [s]."""
+    if not isinstance(controller, _core.Controller) or len(run.t) < 3:
+        return None
+    twin = copy.deepcopy(controller)
+    dt = scene.options.get("control_period") or scene.options["dt"]
+    rows = [
+        [array[k] for array in (run.q, run.dq, run.q_d, run.dq_d, run.ddq_d)]
+        for k in range(min(TIMED_STEPS, len(run.t)))
+    ]
+    begun = time.thread_time()
+    for row in rows:
+        q, dq, q_d, dq_d, ddq_d = row
+        twin.step(q, dq, q_d, dq_d, ddq_d, dt)
+    return (time.thread_time() - begun) / len(rows)
+
+
+def usual_controllers(arm: _core.Arm, bandwidth: float) -> dict[str, Any]:
+    """The rivals by name, each with this bandwidth [rad/s] and an uncertainty of a half."""
+    plain = (
+        "pd_gravity", "computed_torque", "pid", "h_infinity", "slotine_li",
+        "adaptive_computed_torque", "time_delay", "disturbance_observer", "momentum_observer",
+    )  # fmt: skip
+    unsure = ("sliding_mode", "robust", "super_twisting", "rise")
+    uncertainty = {"inertia": 0.5, "acceleration": 5.0, "disturbance": 2.0}
+    laws: dict[str, Any] = {name: {"law": name, "bandwidth": bandwidth} for name in plain}
+    if isinstance(arm, _core.Serial):
+        laws["natural_slotine_li"] = {"law": "natural_slotine_li", "bandwidth": bandwidth}
+    for name in unsure:
+        laws[name] = {"law": name, "bandwidth": bandwidth, "uncertainty": uncertainty}
+    laws["rbf_network"] = {
+        "law": "rbf_network",
+        "bandwidth": bandwidth,
+        "centers": [-1.5, -0.5, 0.0, 0.5, 1.5],
+        "width": 1.0,
+    }
+    return laws
+
+
+def _nominal(sections: Mapping[str, Any]) -> _core.Arm:
+    """The arm that the controllers believe in."""
+    robot, two_link = sections["robot"], sections["two_link"]
+    if (robot is None) == (two_link is None):
+        raise ValueError("two_link: wants a section [two_link] or a section [robot], one of them")
+    if robot is None:
+        arm: _core.Arm = two_link
+        return arm
+    return load_robot(robot["file"], robot.get("tip"))
+
+
+def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:
+    """A robot by the name of a shipped one, or from a URDF or TOML file."""
+    path = Path(source)
+    if path.suffix == "" and not path.exists():
+        return _core.Serial.shipped(str(source))
+    if path.suffix == ".toml":
+        return _core.Serial.from_toml(path)
+    return _core.Serial.from_urdf(path, tip=tip)
+
+
+def _own(sections: Mapping[str, Any]) -> dict[str, Any]:
+    """The controller of the sections [controller] and [compensator], as the only one."""
+    from .laws import compensator_settings
+
+    feedback = sections["controller"]
+    if feedback is None:
+        raise ValueError("controllers: is missing, wants a section such as [controllers.pid]")
+    law: dict[str, Any] = {"law": "computed_torque", "kp": feedback["kp"], "kv": feedback["kv"]}
+    if sections["compensator"] is not None:
+        law["compensator"] = compensator_settings(sections["compensator"])
+    return {"controller": law}
+
+
+def _front(front: Mapping[str, Any] | None, effects: _core.Effects | None) -> dict[str, Any]:
+    """What stands before every law: the delay is that of the effects, unless it is said."""
+    front = {name: value for name, value in (front or {}).items() if value is not None}
+    if effects is not None:
+        front.setdefault("delay", effects.delay)
+    return front
+
+
+def _sweep(arm: _core.Arm) -> _core.Sines:
+    """A motion of all joints within a third of their limits."""
+    middle, reach, speed = np.zeros(arm.joints), np.full(arm.joints, 0.5), np.full(arm.joints, 1.0)
+    if isinstance(arm, _core.Serial):
+        limits = arm.limits
+        ranged = np.isfinite(limits["lower"]) & np.isfinite(limits["upper"])
+        lower, upper = (
+            np.where(ranged, limits["lower"], -1.0),
+            np.where(ranged, limits["upper"], 1.0),
+        )
+        middle, reach = (lower + upper) / 2, np.minimum(0.5, (upper - lower) / 6)
+        fast = np.where(np.isfinite(limits["velocity"]), limits["velocity"], 3.0)
+        speed = np.minimum(1.0, fast / 3)
+    frequency = speed / np.maximum(reach, 1e-3)
+    frequency = np.minimum(frequency, 2.0) * (1 + 0.1 * np.arange(arm.joints) / arm.joints)
+    return _core.Sines(frequency, sin=np.diag(reach), offset=middle)
+
+
+def with_controllers(scene: Scenario, controllers: Mapping[str, Any]) -> Scenario:
+    """The scene with other controllers."""
+    return replace(scene, controllers=controllers)
