@@ -9,7 +9,7 @@
 
 use core::f64::consts::TAU;
 
-use super::bandwidth::{Motion, adaptation_gain, sliding_weights};
+use super::bandwidth::{Pace, adaptation_gain, sliding_weights};
 use crate::arm::{Factor, Parametric, Regressor};
 use crate::control::{
     Applied, Audit, Compensator, Feedback, Gains, Numbers, Sample, Saves, Stage, put_all,
@@ -82,21 +82,17 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> AdaptiveComputedTorque
         Self::with(arm, gains, [[q; N]; 2], gain, cutoff)
     }
 
-    /// Gains and one gain for all parameters, for a bandwidth p [rad/s] and a motion: K_p = p²,
+    /// Gains and one gain for all parameters, for a bandwidth p [rad/s] and a pace: K_p = p²,
     /// K_v = 2p, Q with which BᵀPx is s = ė + pe, and 4 g Σₙ |Zₙ|²/pₙ² = 1 at the one of 24 poses
     /// where it acts most, Zₙ a row of M₀⁻¹Y: both poles of s are then at −p/2 at the fastest. The
     /// filter of q̈ is ten times as fast as the fastest joint.
     ///
     /// # Errors
     /// `bandwidth`: not finite or not > 0. `speed`, `acceleration`: not finite, negative, or
-    /// nothing acts at this motion.
-    pub fn with_bandwidth(
-        arm: A,
-        bandwidth: [f64; N],
-        motion: &Motion<N>,
-    ) -> Result<(Gains<N>, Self)> {
+    /// nothing acts at this pace.
+    pub fn with_bandwidth(arm: A, bandwidth: [f64; N], pace: &Pace<N>) -> Result<(Gains<N>, Self)> {
         let gains = Gains::with_bandwidth(bandwidth)?;
-        let strengths = motion.regressors(&arm)?.map(|(q, y)| {
+        let strengths = pace.regressors(&arm)?.map(|(q, y)| {
             let factor = Factor::of(&arm.mass_matrix(&q));
             let columns = y.column_iter().map(|column| factor.solve(&column.into_owned()));
             let of_joints = |z: Vector<N>| {

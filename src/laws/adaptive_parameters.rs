@@ -5,7 +5,7 @@
 //! With the true parameters `V = ½sᵀMs + ½(θ̃ − θ̃*)ᵀΓ⁻¹(θ̃ − θ̃*)` falls at the rate sᵀK_D s. θ̃
 //! holds while the torque is limited. Source: Slotine and Li, 1987.
 
-use super::bandwidth::{Motion, adaptation_gain, joint_scales};
+use super::bandwidth::{Pace, adaptation_gain, joint_scales};
 use super::sliding;
 use crate::arm::{Factor, Parametric, Regressor};
 use crate::control::{Applied, Dynamic, Sample};
@@ -32,18 +32,18 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> AdaptiveParameters<N, 
     }
 
     /// One gain for all parameters, for the bandwidth p [rad/s] of [`Passive::with_bandwidth`] and
-    /// a motion: 4 Γ Σₙ |Yₙ|²/pₙ²Dₙ = 1 at the one of 24 poses where it acts most, Yₙ a row of Y.
+    /// a pace: 4 Γ Σₙ |Yₙ|²/pₙ²Dₙ = 1 at the one of 24 poses where it acts most, Yₙ a row of Y.
     /// Where M = D, both poles of s are then at −p/2 at the fastest.
     ///
     /// # Errors
     /// `bandwidth`, `mass_matrix`: not finite or not > 0. `speed`, `acceleration`: not finite,
-    /// negative, or nothing acts at this motion.
+    /// negative, or nothing acts at this pace.
     ///
     /// [`Passive::with_bandwidth`]: super::Passive::with_bandwidth
-    pub fn with_bandwidth(arm: A, bandwidth: [f64; N], motion: &Motion<N>) -> Result<Self> {
+    pub fn with_bandwidth(arm: A, bandwidth: [f64; N], pace: &Pace<N>) -> Result<Self> {
         positive("bandwidth", &bandwidth)?;
         let scales = joint_scales(&arm, &bandwidth)?;
-        let strengths = motion
+        let strengths = pace
             .regressors(&arm)?
             .map(|(_, y)| (0..N).map(|n| scales[n] * y.row(n).norm_squared()).sum());
         let gain = adaptation_gain(strengths)?;

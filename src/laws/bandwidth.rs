@@ -50,14 +50,14 @@ pub(super) fn inertia_weights<const N: usize>(arm: &impl Arm<N>) -> Result<[f64;
 
 /// How an arm will move, joint by joint: what adaptation of parameters takes its gain from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion<const N: usize> {
+pub struct Pace<const N: usize> {
     /// Speed [rad/s].
     pub speed: [f64; N],
     /// Acceleration [rad/s²].
     pub acceleration: [f64; N],
 }
 
-impl<const N: usize> Motion<N> {
+impl<const N: usize> Pace<N> {
     /// Y and pose at these speeds and accelerations, in changing directions, at each of the poses.
     ///
     /// # Errors
@@ -81,10 +81,10 @@ impl<const N: usize> Motion<N> {
 /// most: 1/4 of the inverse of the largest of `strengths`, Σ |share of joint n|²/pₙ².
 ///
 /// # Errors
-/// `speed`: nothing acts at this motion.
+/// `speed`: nothing acts at this pace.
 pub(super) fn adaptation_gain(strengths: impl Iterator<Item = f64>) -> Result<f64> {
     let largest = strengths.fold(0.0, f64::max);
-    let wanted = "a motion at which the parameters act";
+    let wanted = "a pace at which the parameters act";
     within("speed", &[largest], |strength| strength > 0.0, wanted)?;
     Ok(0.25 / largest)
 }

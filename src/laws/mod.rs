@@ -24,12 +24,12 @@
 //! | [`TimeDelay`] | the same, on [`Inertia`] | τ, q̇ | a rough inertia, quiet velocities |
 //!
 //! Every one has gains from a bandwidth p [rad/s], `with_bandwidth`, and nothing to tune beside it
-//! but what is declared: a [`Mismatch`] of the model, a [`Motion`] to come. Where a law has a
-//! condition, `suits(period, delay)` refuses gains that are too fast for a sampled loop, and
+//! but what is declared: a [`Mismatch`] of the model, a [`Pace`] of what is to come. Where a law
+//! has a condition, `suits(period, delay)` refuses gains that are too fast for a sampled loop, and
 //! `covers` those that do not reach over the mismatch. What is learnt on computed torque or on the
-//! passive law is slower than that law, whose `suits` then counts. With one p, an observer beside
-//! computed torque is a PID of [`Integral`]; inside their layers [`SlidingMode`], [`Robust`] and
-//! [`HInfinity`] are one and the same linear law.
+//! passive law is slower than that law, whose `suits` then counts. With one p, and where M₀ hardly
+//! changes, computed torque with a momentum observer is the PID of [`Integral`]; inside their
+//! layers [`SlidingMode`], [`Robust`] and [`HInfinity`] are one and the same linear law.
 //!
 //! `bandwidth` has what these rules share; `believed` is the acceleration that a torque gives the
 //! arm, as far as is known.
@@ -55,7 +55,7 @@ mod time_delay;
 
 pub use adaptive_computed_torque::{AdaptiveComputedTorque, AdaptiveComputedTorqueState};
 pub use adaptive_parameters::AdaptiveParameters;
-pub use bandwidth::Motion;
+pub use bandwidth::Pace;
 pub use disturbance_observer::DisturbanceObserver;
 pub use h_infinity::HInfinity;
 pub use inertia::Inertia;

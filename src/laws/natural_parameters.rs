@@ -13,7 +13,7 @@
 //! is limited. Source: Lee, Kwon, Park 2018.
 
 use super::adaptive_parameters::passive_regressor;
-use super::bandwidth::{Motion, adaptation_gain, joint_scales};
+use super::bandwidth::{Pace, adaptation_gain, joint_scales};
 use crate::arm::{Arm, Factor, Inertia, Parametric, Serial};
 use crate::control::{Applied, Dynamic, Sample};
 use crate::error::{Error, Result, positive};
@@ -55,7 +55,7 @@ where
         Ok(Self { arm, lambda, gain, start })
     }
 
-    /// γ for the bandwidth p [rad/s] of [`Passive::with_bandwidth`] and a motion, in the metric of
+    /// γ for the bandwidth p [rad/s] of [`Passive::with_bandwidth`] and a pace, in the metric of
     /// the nominal bodies: 4 γ Σₙ Σ_b tr(LPLP)/pₙ²Dₙ = 1 at the one of 24 poses where it acts most,
     /// L of row n of Y. Where M = D, both poles of s are then at −p/2 at the fastest.
     ///
@@ -64,11 +64,11 @@ where
     ///
     /// [`Passive::with_bandwidth`]: super::Passive::with_bandwidth
     /// [`AdaptiveParameters::with_bandwidth`]: super::AdaptiveParameters::with_bandwidth
-    pub fn with_bandwidth(arm: Serial<N>, bandwidth: [f64; N], motion: &Motion<N>) -> Result<Self> {
+    pub fn with_bandwidth(arm: Serial<N>, bandwidth: [f64; N], pace: &Pace<N>) -> Result<Self> {
         positive("bandwidth", &bandwidth)?;
         let scales = joint_scales(&arm, &bandwidth)?;
         let own = Self::new(arm, bandwidth, 1.0)?;
-        let strengths = motion
+        let strengths = pace
             .regressors(&own.arm)?
             .map(|(_, y)| (0..N).map(|n| scales[n] * own.strength(&y.row(n).transpose())).sum());
         let gain = adaptation_gain(strengths)?;

@@ -13,7 +13,7 @@ use steadyarm::plant::{Plant, Undisturbed};
 use steadyarm::reference::{Harmonic, Setpoint, Sines};
 use steadyarm::sim::{Options, Run, Status, simulate};
 
-use super::{computed, figures, nominal, printed, run};
+use super::{computed, figures, nominal, printed, refused, run};
 use crate::chains;
 use crate::random::Random;
 
@@ -171,6 +171,20 @@ fn plain_adaptation_leaves_the_bodies_that_can_exist_and_the_natural_one_does_no
     });
     assert!(!bodies.iter().all(possible));
     assert!(rms(&of_natural) < 0.02 && rms(&of_plain) < 0.02);
+}
+
+/// q̈ is a difference of two samples.
+#[test]
+fn adaptive_computed_torque_is_refused_in_continuous_time() {
+    let gains = steadyarm::paper::gains().unwrap();
+    let adaptive = AdaptiveComputedTorque::new(nominal(), gains, 10.0, [1.0; 5], 50.0).unwrap();
+    let controller = Controller::new(computed(gains), adaptive);
+    let mut state = State::new(AdaptiveComputedTorqueState::new());
+    let (plant, reference) =
+        (steadyarm::paper::plant().unwrap(), steadyarm::paper::reference().unwrap());
+    let go_on = |_| ControlFlow::Continue(());
+    let run = simulate(&plant, &controller, &mut state, &reference, &Options::default(), go_on);
+    assert!(refused(run).starts_with("control_period: got 0, wants a period"));
 }
 
 #[test]

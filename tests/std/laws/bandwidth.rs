@@ -11,7 +11,7 @@ use steadyarm::control::{
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::laws::{
     AdaptiveComputedTorque, AdaptiveComputedTorqueState, AdaptiveParameters, DisturbanceObserver,
-    HInfinity, Inertia, Integral, Mismatch, MomentumObserver, Motion, NaturalParameters, Passive,
+    HInfinity, Inertia, Integral, Mismatch, MomentumObserver, NaturalParameters, Pace, Passive,
     PassiveFuzzy, PdGravity, RbfNetwork, Rise, Robust, SlidingMode, SuperTwisting, TimeDelay,
     TimeDelayState,
 };
@@ -20,7 +20,8 @@ use steadyarm::plant::{Disturbance, Plant, Undisturbed};
 use steadyarm::reference::{Harmonic, Reference, Sines};
 use steadyarm::sim::{Options, Run, Status, simulate};
 
-use super::refused;
+use super::{both, figures, refused};
+use crate::counting::calls_during;
 
 const PERIOD: f64 = 1e-3;
 
@@ -32,13 +33,13 @@ struct Scene<const N: usize, A, P, D, R> {
     reference: R,
     bandwidth: f64,
     mismatch: Mismatch,
-    motion: Motion<N>,
+    pace: Pace<N>,
     duration: f64,
     /// Largest error that counts as followed, over the second half [rad].
     bound: f64,
 }
 
-impl<const N: usize, A: Arm<N> + Copy, P: Arm<N>, D: Disturbance<N>, R: Reference<N>>
+impl<const N: usize, A: Arm<N> + Copy + Send + Sync, P: Arm<N>, D: Disturbance<N>, R: Reference<N>>
     Scene<N, A, P, D, R>
 {
     fn p(&self) -> [f64; N] {
@@ -49,13 +50,13 @@ impl<const N: usize, A: Arm<N> + Copy, P: Arm<N>, D: Disturbance<N>, R: Referenc
         ComputedTorque::new(self.nominal, feedback)
     }
 
-    fn follows<L: Law<N>, C: Compensator<N, S>, S>(
-        &self,
-        name: &str,
-        law: L,
-        compensator: C,
-        memory: S,
-    ) {
+    /// Simulates, and steps on by hand: no step allocates.
+    fn follows<L, C, S>(&self, name: &str, law: L, compensator: C, memory: S)
+    where
+        L: Law<N> + Clone + Send + Sync,
+        C: Compensator<N, S> + Clone + Send + Sync,
+        S: Clone + Send + Sync,
+    {
         let first = self.reference.at(0.0);
         let options = Options {
             duration: self.duration,
@@ -69,16 +70,16 @@ impl<const N: usize, A: Arm<N> + Copy, P: Arm<N>, D: Disturbance<N>, R: Referenc
         let go_on = |_| ControlFlow::Continue(());
         let run = simulate(&self.plant, &controller, &mut state, &self.reference, &options, go_on);
         let run = run.unwrap();
-        let (rms, largest) = errors(&run);
-        let (tau, variation) = torques(&run, self.duration);
-        println!(
-            "| {} | {name} | {:.3} | {:.3} | {tau:.1} | {variation:.0} |",
-            self.name,
-            1e3 * rms,
-            1e3 * largest
-        );
+        let largest = last_half(&run);
         assert_eq!(run.status, Status::Finished, "{}: {name}", self.name);
         assert!(largest < self.bound, "{}: {name}: {largest}", self.name);
+        let calls = calls_during(|| {
+            for k in 0..10 {
+                let desired = self.reference.at(1e-3 * f64::from(k));
+                controller.step(&mut state, &desired.q, &desired.dq, &desired, PERIOD).unwrap();
+            }
+        });
+        assert_eq!(calls, 0, "{name}");
     }
 
     /// Laws without a memory, and those that integrate.
@@ -149,10 +150,10 @@ impl<const N: usize, A: Arm<N> + Copy, P: Arm<N>, D: Disturbance<N>, R: Referenc
     {
         let (p, nominal) = (self.p(), self.nominal);
         let passive = Passive::with_bandwidth(nominal, p).unwrap();
-        let plain = AdaptiveParameters::with_bandwidth(nominal, p, &self.motion).unwrap();
+        let plain = AdaptiveParameters::with_bandwidth(nominal, p, &self.pace).unwrap();
         self.follows("Slotine-Li", passive, plain, DynamicState::<K>::new());
         let (gains, model) =
-            AdaptiveComputedTorque::with_bandwidth(nominal, p, &self.motion).unwrap();
+            AdaptiveComputedTorque::with_bandwidth(nominal, p, &self.pace).unwrap();
         let memory = AdaptiveComputedTorqueState::<N, K>::new();
         self.follows("adaptive computed torque", self.computed(gains), model, memory);
     }
@@ -164,24 +165,13 @@ fn natural<const N: usize, const K: usize, R: Reference<N>>(
     Serial<N>: Parametric<N, K>,
 {
     let passive = Passive::with_bandwidth(scene.nominal, scene.p()).unwrap();
-    let natural = NaturalParameters::with_bandwidth(scene.nominal, scene.p(), &scene.motion);
+    let natural = NaturalParameters::with_bandwidth(scene.nominal, scene.p(), &scene.pace);
     scene.follows("Slotine-Li, natural", passive, natural.unwrap(), DynamicState::<K>::new());
 }
 
-/// RMS over all joints and largest |e| [rad], over the second half.
-fn errors<const N: usize>(run: &Run<N>) -> (f64, f64) {
-    let half = &run.e[run.e.len() / 2..];
-    let sum: f64 = half.iter().flatten().map(|e| e * e).sum();
-    let largest = half.iter().flatten().fold(0.0, |most: f64, e| most.max(e.abs()));
-    ((sum / (N * half.len()) as f64).sqrt(), largest)
-}
-
-/// Largest |τ| [N·m]; Σ|Δτ| a second over the second half.
-fn torques<const N: usize>(run: &Run<N>, duration: f64) -> (f64, f64) {
-    let largest = run.tau.iter().flatten().fold(0.0, |most: f64, tau| most.max(tau.abs()));
-    let half = &run.tau[run.tau.len() / 2..];
-    let steps = half.windows(2).flat_map(|two| (0..N).map(|n| (two[1][n] - two[0][n]).abs()));
-    (largest, steps.sum::<f64>() / (0.5 * duration))
+/// Largest |e| over the second half [rad].
+fn last_half<const N: usize>(run: &Run<N>) -> f64 {
+    run.e[run.e.len() / 2..].iter().flatten().fold(0.0, |most, e| most.max(e.abs()))
 }
 
 #[test]
@@ -193,7 +183,7 @@ fn every_law_follows_on_the_papers_plant_with_gains_from_one_bandwidth() {
         reference: paper::reference().unwrap(),
         bandwidth: 10.0,
         mismatch: Mismatch { inertia: 0.5, acceleration: 5.0, disturbance: 5.0 },
-        motion: Motion { speed: [1.0; 2], acceleration: [2.0; 2] },
+        pace: Pace { speed: [1.0; 2], acceleration: [2.0; 2] },
         duration: 20.0,
         bound: 0.2,
     };
@@ -237,7 +227,7 @@ mod shipped {
             reference: Sines::new(start, [swing]).unwrap(),
             bandwidth: 15.0,
             mismatch: Mismatch { inertia: 0.5, acceleration: 10.0, disturbance: 10.0 },
-            motion: Motion { speed: [0.6; N], acceleration: [1.2; N] },
+            pace: Pace { speed: [0.6; N], acceleration: [1.2; N] },
             duration: 8.0,
             bound: 0.3,
         }
@@ -296,4 +286,73 @@ fn a_bandwidth_that_is_too_high_is_refused_by_each_laws_own_condition() {
     too_fast(integral.covers(&gains, &far), "ki[0]: got 1000");
     let whole = Inertia::new(arm, 1.5).unwrap();
     too_fast(whole.covers(&mismatch), "share: got 1.5");
+}
+
+/// The highest bandwidth that a condition accepts, a thousandth below it.
+fn edge(suits: impl Fn(f64) -> steadyarm::Result<()>) -> f64 {
+    let (mut low, mut high) = (1.0, 1e4);
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if suits(middle).is_ok() { low = middle } else { high = middle }
+    }
+    0.999 * low
+}
+
+/// The paper's plant in a loop of 200 Hz: the arm has twice the inertia of the model.
+fn slow<L: Law<2>, C: Compensator<2, S>, S>(name: &str, p: f64, law: L, compensator: C, memory: S) {
+    let (plant, reference) = (paper::plant().unwrap(), paper::reference().unwrap());
+    let options = Options { duration: 20.0, control_period: Some(SLOW), ..Options::default() };
+    let (controller, mut state) = (Controller::new(law, compensator), State::new(memory));
+    let go_on = |_| ControlFlow::Continue(());
+    let run = simulate(&plant, &controller, &mut state, &reference, &options, go_on).unwrap();
+    let [first, second, _] = figures(&run);
+    assert!(first.max(second) < 0.06, "{name} at {p}: {first} {second}");
+}
+
+const SLOW: f64 = 5e-3;
+
+/// Each at the highest bandwidth that its own condition accepts for 5 ms.
+#[test]
+fn what_a_condition_accepts_is_stable() {
+    let (arm, none) = (paper::nominal().unwrap(), NoCompensation);
+    let mismatch = Mismatch { inertia: 0.5, acceleration: 5.0, disturbance: 5.0 };
+    let computed = |gains: Gains<2>| ComputedTorque::new(arm, gains);
+    let of_gains = |p: f64| Gains::with_bandwidth(both(p)).unwrap();
+    let top = edge(|p| of_gains(p).suits(SLOW, 0.0));
+    slow("computed torque", top, computed(of_gains(top)), none, ());
+    let of_pid = |p: f64| Integral::with_bandwidth(both(p)).unwrap();
+    let p = edge(|p| of_pid(p).0.suits(SLOW, 0.0));
+    slow("PID", p, computed(of_pid(p).0), of_pid(p).1, DynamicState::new());
+    let pd = |p: f64| PdGravity::with_bandwidth(arm, both(p)).unwrap();
+    let p = edge(|p| pd(p).suits(SLOW, 0.0));
+    slow("PD", p, pd(p), none, ());
+    let passive = |p: f64| Passive::with_bandwidth(arm, both(p)).unwrap();
+    let p = edge(|p| passive(p).suits(SLOW, 0.0));
+    slow("passive", p, passive(p), none, ());
+    let sliding = |p: f64| SlidingMode::with_bandwidth(both(p), &mismatch).unwrap();
+    let p = edge(|p| sliding(p).suits(SLOW, 0.0));
+    slow("sliding", p, ComputedTorque::new(arm, sliding(p)), none, ());
+    let robust = |p: f64| Robust::with_bandwidth(both(p), &mismatch).unwrap();
+    let p = edge(|p| robust(p).suits(SLOW, 0.0));
+    slow("robust", p, ComputedTorque::new(arm, robust(p)), none, ());
+    let h_infinity = |p: f64| HInfinity::with_bandwidth(both(p)).unwrap();
+    let p = edge(|p| h_infinity(p).suits(SLOW, 0.0));
+    slow("H infinity", p, ComputedTorque::new(arm, h_infinity(p)), none, ());
+    let twisting = |p: f64| SuperTwisting::with_bandwidth(both(p), &mismatch).unwrap();
+    let p = edge(|p| twisting(p).suits(SLOW, 0.0));
+    slow("twisting", p, ComputedTorque::new(arm, twisting(p)), twisting(p), DynamicState::new());
+    let rise = |p: f64| Rise::with_bandwidth(both(p), &mismatch).unwrap();
+    let p = edge(|p| rise(p).suits(SLOW, 0.0));
+    slow("RISE", p, ComputedTorque::new(arm, rise(p)), rise(p), DynamicState::new());
+    let delayed = |p: f64| Inertia::with_bandwidth::<2>(arm, p, SLOW, 0.0);
+    let p = edge(|p| delayed(p).map(drop));
+    let (gains, inertia) = delayed(p).unwrap();
+    let law = ComputedTorque::new(inertia, gains);
+    slow("time delay", p, law, TimeDelay { arm: inertia }, TimeDelayState::new());
+    let observer = |p: f64| DisturbanceObserver::with_bandwidth(arm, both(p)).unwrap();
+    let p = edge(|p| observer(p).suits(SLOW, 0.0));
+    slow("disturbance", p, computed(of_gains(top)), observer(p), DynamicState::new());
+    let momentum = |p: f64| MomentumObserver::with_bandwidth(arm, p).unwrap();
+    let p = edge(|p| momentum(p).suits(SLOW, 0.0));
+    slow("momentum", p, computed(of_gains(top)), momentum(p), DynamicState::new());
 }

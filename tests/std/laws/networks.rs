@@ -79,6 +79,21 @@ fn fengs_network_and_his_computed_torque_are_the_published_ones() {
     }
 }
 
+/// V̇ = −xᵀQx + 2 s·ρ with Lyapunov's P: without the term of γ.
+#[test]
+fn the_networks_dissipation_identity_holds_without_the_term_of_gamma() {
+    let gains = Gains::new(both(9.0), both(6.0)).unwrap();
+    let network = FENG.compensator(&gains, 50.0, 20.0).unwrap();
+    let (plant, reference) = (paper::plant().unwrap(), paper::reference().unwrap());
+    let mut state = State::new(network.state());
+    let controller = Controller::new(ComputedTorque::new(nominal(), gains), network);
+    let options = Options { duration: 5.0, ..Options::default() };
+    let go_on = |_| ControlFlow::Continue(());
+    let run = simulate(&plant, &controller, &mut state, &reference, &options, go_on).unwrap();
+    let residual = run.certificate.unwrap().residual();
+    assert!(residual < 1e-9, "{residual:e}");
+}
+
 /// Figures of a program written apart, in Python.
 #[test]
 fn networks_on_the_papers_plant_are_those_of_a_program_written_apart() {

@@ -13,7 +13,7 @@ use steadyarm::control::{
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis, KernelBasis};
 use steadyarm::laws::{
     self, AdaptiveComputedTorque, AdaptiveComputedTorqueState, AdaptiveParameters,
-    DisturbanceObserver, Integral, Mismatch, MomentumObserver, Motion, NaturalParameters, Passive,
+    DisturbanceObserver, Integral, Mismatch, MomentumObserver, NaturalParameters, Pace, Passive,
     PassiveFuzzy, RbfNetwork, Rise, SuperTwisting, TimeDelay, TimeDelayState,
 };
 use steadyarm::math::{Matrix, Vector};
@@ -98,7 +98,7 @@ fn chain() -> Serial<2> {
 fn what_remembers_does_not_wind_up_while_the_torque_is_limited() {
     let p = both(BANDWIDTH);
     let mismatch = Mismatch { inertia: 0.5, acceleration: 5.0, disturbance: 5.0 };
-    let motion = Motion { speed: both(1.0), acceleration: both(2.0) };
+    let pace = Pace { speed: both(1.0), acceleration: both(2.0) };
     let gains = Gains::with_bandwidth(p).unwrap();
     let (of_integral, integral) = Integral::with_bandwidth(p).unwrap();
     recovers(("integral", 3.0), computed(of_integral), integral, DynamicState::new());
@@ -115,11 +115,11 @@ fn what_remembers_does_not_wind_up_while_the_torque_is_limited() {
     let law = ComputedTorque::new(inertia, delayed);
     recovers(("time delay", 3.0), law, TimeDelay { arm: inertia }, TimeDelayState::new());
     let passive = Passive::with_bandwidth(nominal(), p).unwrap();
-    let plain = AdaptiveParameters::with_bandwidth(nominal(), p, &motion).unwrap();
+    let plain = AdaptiveParameters::with_bandwidth(nominal(), p, &pace).unwrap();
     recovers(("parameters", 8.0), passive, plain, DynamicState::<5>::new());
-    let natural = NaturalParameters::<2, 20>::with_bandwidth(chain(), p, &motion).unwrap();
+    let natural = NaturalParameters::<2, 20>::with_bandwidth(chain(), p, &pace).unwrap();
     recovers(("natural parameters", 8.0), passive, natural, DynamicState::<20>::new());
-    let (of_model, model) = AdaptiveComputedTorque::with_bandwidth(nominal(), p, &motion).unwrap();
+    let (of_model, model) = AdaptiveComputedTorque::with_bandwidth(nominal(), p, &pace).unwrap();
     let memory = AdaptiveComputedTorqueState::<2, 5>::new();
     recovers(("adaptive computed torque", 8.0), computed(of_model), model, memory);
 }
