@@ -37,6 +37,7 @@ __all__ = [
     "Sines",
     "Table",
     "TwoLink",
+    "Waypoints",
     "bounded_real_riccati",
     "care",
     "channels",
@@ -406,7 +407,7 @@ class Serial(Arm):
         """
     def check(
         self,
-        reference: Sines | Quintic | Table | _ReferenceCallable,
+        reference: Curve | _ReferenceCallable,
         duration: float,
         dt: float = 0.001,
     ) -> list[Excess]:
@@ -955,14 +956,14 @@ class Plant(Settings):
     def __new__(
         cls,
         arm: Arm,
-        disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
+        disturbance: Curve | _DisturbanceCallable | None = None,
         effort_limit: ArrayLike | None = None,
     ) -> Plant: ...
     @property
     def arm(self) -> Arm:
         """The true arm."""
     @property
-    def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
+    def disturbance(self) -> Curve | _DisturbanceCallable | None:
         """τ_d as it was given."""
     @property
     def effort_limit(self) -> _Array:
@@ -979,25 +980,28 @@ class Plant(Settings):
 
 @disjoint_base
 class Curve(Settings):
-    """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
+    """A desired motion, or a disturbance: `Sines`, `Quintic`, `Table` or `Waypoints`.
 
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,). With times of shape (T,) each is
+    (T, n).
     """
 
-    def __call__(self, t: float) -> _Triple: ...
+    def __call__(self, t: ArrayLike) -> _Triple: ...
 
 @final
 class Sines(Curve):
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
-    A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
-    (q_d, dq_d, ddq_d), each (n,).
+    A reference in rad, or a disturbance in N·m. Call it with ``t`` [s], (T,) or a scalar: it gives
+    (q_d, dq_d, ddq_d), each (T, n) or (n,).
 
     Parameters
     ----------
     frequency: ω [rad/s], (K,) or a scalar.
     sin, cos: amplitudes, (K, n), or scalar or (n,) if ``frequency`` is a scalar; 0 by default.
     offset: scalar or (n,); 0 by default.
+    start_time: when it starts [s], with t - start_time for t; None: it is there at all times.
+        Before, a reference stands still where it will begin, and a disturbance is zero.
     """
 
     def __new__(
@@ -1006,6 +1010,7 @@ class Sines(Curve):
         sin: ArrayLike | None = None,
         cos: ArrayLike | None = None,
         offset: ArrayLike | None = None,
+        start_time: float | None = None,
     ) -> Sines: ...
 
 @final
@@ -1013,7 +1018,7 @@ class Quintic(Curve):
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each (T, n) or (n,).
     """
 
     def __new__(
@@ -1028,7 +1033,7 @@ class Quintic(Curve):
 class Table(Curve):
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
 
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each (T, n) or (n,).
 
     Parameters
     ----------
@@ -1036,6 +1041,7 @@ class Table(Curve):
     q: positions [rad], (T, n).
     dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, n); both, or neither: they then come
         from ``q``.
+    start_time: when it is at the first sample [s]; None: at t[0].
     """
 
     def __new__(
@@ -1044,7 +1050,43 @@ class Table(Curve):
         q: ArrayLike,
         dq: ArrayLike | None = None,
         ddq: ArrayLike | None = None,
+        start_time: float | None = None,
     ) -> Table: ...
+
+@final
+class Waypoints(Curve):
+    """From pose to pose as fast as velocity, acceleration and jerk may be, with pauses.
+
+    The joints start and arrive together, on a straight line from pose to pose, and come to rest at
+    every pose, for no longer than an instant without a pause; before and after they stand still. At
+    every moment of a move one joint is at one of its limits. Velocity and acceleration are
+    continuous. Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each
+    (T, n) or (n,).
+
+    Parameters
+    ----------
+    poses: positions [rad], (K, n), at least two.
+    velocity, acceleration, jerk: limits [rad/s], [rad/s²], [rad/s³], scalar or (n,), > 0.
+    pause: how long it rests at the poses between the first and the last [s], scalar or (K - 2,).
+    start_time: when it leaves the first pose [s].
+    """
+
+    def __new__(
+        cls,
+        poses: ArrayLike,
+        velocity: ArrayLike,
+        acceleration: ArrayLike,
+        jerk: ArrayLike,
+        pause: ArrayLike = 0.0,
+        start_time: float = 0.0,
+    ) -> Waypoints: ...
+    @property
+    def duration(self) -> float:
+        """How long it takes from the first pose to the last, with its pauses [s]."""
+
+    @property
+    def arrivals(self) -> _Array:
+        """When it arrives at each pose [s], (K,); at the first one that is ``start_time``."""
 
 @final
 class RiccatiSolution:
@@ -1119,7 +1161,7 @@ def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolut
 def simulate(
     plant: Plant,
     tracker: ComputedTorque | Guard,
-    reference: Sines | Quintic | Table | _ReferenceCallable,
+    reference: Curve | _ReferenceCallable,
     duration: float,
     dt: float,
     method: Literal["rk4", "dp54"],
@@ -1146,8 +1188,8 @@ def read_scenario(text: str) -> dict[str, Any]:
 
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
-    ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
+    ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
+    "reference", and ``disturbance`` likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
     ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
     naming the path of what is unknown, of the wrong type or out of range:
     ``compensator.gain[1]: got -1, wants a number > 0``.
@@ -1157,7 +1199,7 @@ def channels() -> list[tuple[str, str, bool, str]]:
     """Tell the signals of every record: name, unit, whether there is one a joint, what it is."""
 
 def desired_motion(
-    reference: Sines | Quintic | Table | _ReferenceCallable,
+    reference: Curve | _ReferenceCallable,
     arm: Arm,
     t: ArrayLike,
     q: ArrayLike,
@@ -1175,7 +1217,7 @@ def design(
     delay: int,
     disturbance: ArrayLike | None,
     inertia_ratio: float,
-    path: Sines | Quintic | Table | _ReferenceCallable | None,
+    path: Curve | _ReferenceCallable | None,
     plant: Plant | None,
     duration: float | None,
 ) -> dict[str, Any]:
@@ -1184,7 +1226,7 @@ def design(
 def choices(
     tracker: ComputedTorque | Guard,
     plant: Plant,
-    path: Sines | Quintic | Table | None,
+    path: Curve | None,
     duration: float,
     q0: ArrayLike | None,
 ) -> list[str]:

@@ -31,6 +31,7 @@ CLASSES: dict[str, Any] = {
         _core.Sines,
         _core.Table,
         _core.TwoLink,
+        _core.Waypoints,
     )
 }
 """Classes that are built from their arguments, beside `Serial`, which is built from its TOML."""

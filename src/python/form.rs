@@ -15,7 +15,7 @@ use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 use crate::scenario::{
     BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, InputSettings,
     MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
-    TableSettings, TwoLinkSettings,
+    TableSettings, TwoLinkSettings, WaypointsSettings,
 };
 
 /// Lists with more entries are shown by their first and last.
@@ -256,8 +256,9 @@ fields! {
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
     QuinticSettings { start, goal, duration, start_time }
     RunSettings { duration, dt, method, control_period, q0, dq0, rtol, atol }
-    SinesSettings { frequency, sin, cos, offset }
-    TableSettings { t, q, dq, ddq }
+    SinesSettings { frequency, sin, cos, offset, start_time }
+    TableSettings { t, q, dq, ddq, start_time }
+    WaypointsSettings { poses, velocity, acceleration, jerk, pause, start_time }
     TwoLinkSettings { mass, length, inertia, gravity, viscous, coulomb, smoothing }
 }
 
@@ -267,6 +268,7 @@ impl Fields for CurveSettings {
             Self::Sines(sines) => sines.fields(py),
             Self::Quintic(quintic) => quintic.fields(py),
             Self::Table(table) => table.fields(py),
+            Self::Waypoints(waypoints) => waypoints.fields(py),
         }
     }
 }

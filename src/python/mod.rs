@@ -67,7 +67,7 @@ mod core_module {
     #[pymodule_export]
     use super::basis::PyFuzzyBasis;
     #[pymodule_export]
-    use super::curves::{PyCurve, PyQuintic, PySines, PyTable};
+    use super::curves::{PyCurve, PyQuintic, PySines, PyTable, PyWaypoints};
     #[pymodule_export]
     use super::design::{choices, design};
     #[pymodule_export]

@@ -30,8 +30,9 @@ pub(super) fn paper_scenario(number: usize, preset: &str) -> PyResult<String> {
 ///
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
 /// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
-/// ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-/// likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
+/// ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
+/// "reference", and ``disturbance`` likewise; ``controller`` a dict of ``kp``, ``kv``,
+/// ``effort_limit``, ``effort_rate_limit``, and
 /// ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
 /// naming the path of what is unknown, of the wrong type or out of range:
 /// ``compensator.gain[1]: got -1, wants a number > 0``.

@@ -29,8 +29,9 @@ impl Callback {
     fn new(function: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
         if !function.is_callable() {
             let got = type_name(function);
-            let message =
-                format!("{name}: got {got}, wants Sines, Quintic, Table or a callable {call}");
+            let message = format!(
+                "{name}: got {got}, wants Sines, Quintic, Table, Waypoints or a callable {call}"
+            );
             return Err(PyTypeError::new_err(message));
         }
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
@@ -183,7 +184,7 @@ impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         match self {
             None => Vector::zeros(),
-            Some(Source::Curve(motion)) => motion.position(t),
+            Some(Source::Curve(motion)) => motion.torque(q, dq, t),
             Some(Source::Callback(callback)) => {
                 callback.call(Vector::repeat(f64::NAN), |function| {
                     let py = function.py();
@@ -198,7 +199,7 @@ impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
         match self {
             None => Some(Vector::zeros()),
-            Some(Source::Curve(motion)) => Some(motion.position(t)),
+            Some(Source::Curve(motion)) => motion.at_time(t),
             Some(Source::Callback(_)) => None,
         }
     }

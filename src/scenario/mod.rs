@@ -17,7 +17,9 @@ mod paper;
 mod run;
 
 pub use controller::{ControllerSettings, TwoLinkSettings};
-pub use curve::{Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings};
+pub use curve::{
+    Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings, WaypointsSettings,
+};
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
 pub use inputs::InputSettings;

@@ -30,6 +30,7 @@ mod golden;
 mod kernel;
 mod laws;
 mod no_std_twin;
+mod plant;
 mod reference;
 mod riccati;
 #[cfg(feature = "urdf")]

@@ -4,7 +4,7 @@ use steadyarm::control::{
     Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains,
 };
 use steadyarm::paper;
-use steadyarm::reference::Reference;
+use steadyarm::reference::{MotionLimits, Reference, Waypoints};
 use steadyarm::scenario::{
     BasisSettings, CompensatorSettings, Curve, CurveSettings, MethodName, Numbers, QuinticSettings,
     Rules, RunSettings, Scenario, SinesSettings,
@@ -96,6 +96,7 @@ fn unusual() -> Scenario {
         sin: Some(0.3.into()),
         cos: None,
         offset: [0.0, -1.0].into(),
+        start_time: Some(0.25),
     };
     let run = RunSettings {
         duration: 2.0,
@@ -323,4 +324,44 @@ fn a_motion_of_other_joints_is_refused_where_it_is_built() {
     let table = "[reference.table]\nt = [0, 1]\nq = [[0, 0], [1, inf]]";
     let error = Scenario::from_toml(table).unwrap().reference::<2>().unwrap_err().to_string();
     assert_eq!(error, "reference.table.q[1]: got inf, wants a finite number");
+}
+
+const WAYPOINTS: &str = "[reference.waypoints]\nposes = [[0, 0], [1, -0.5], [0.2, 0.3]]\n\
+                         velocity = [1.0, 2]\nacceleration = 4\njerk = 40.0\n";
+
+#[test]
+fn waypoints_are_read_and_written() {
+    let text = format!("{WAYPOINTS}pause = [0.5]\nstart_time = 1.0\n");
+    let scenario = Scenario::from_toml(&text).unwrap();
+    assert_eq!(Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap(), scenario);
+    let path = scenario.reference::<2>().unwrap().unwrap();
+    let limits = MotionLimits { velocity: [1.0, 2.0], acceleration: [4.0; 2], jerk: [40.0; 2] };
+    let poses = [[0.0, 0.0], [1.0, -0.5], [0.2, 0.3]];
+    let direct = Waypoints::new(&poses, &limits, &[0.5], 1.0).unwrap();
+    assert!((0..40).all(|k| path.at(0.1 * f64::from(k)) == direct.at(0.1 * f64::from(k))));
+    let three = scenario.reference::<3>().unwrap_err().to_string();
+    assert_eq!(three, "reference.waypoints.poses[0]: got 2 entries, wants 3");
+}
+
+#[test]
+fn waypoints_are_refused_by_the_path_of_the_key() {
+    for (line, words) in [
+        ("pause = [0.5, 0.1]", "pause: got 2 entries, wants 1"),
+        ("pause = [[0.5]]", "pause: got a list of lists, wants a number or a list of numbers"),
+        ("start_time = nan", "start_time: got NaN, wants a finite number"),
+        ("stop = 1", "stop: unknown field `stop`"),
+    ] {
+        let built = Scenario::from_toml(&format!("{WAYPOINTS}{line}\n"));
+        let error = built.and_then(|scenario| scenario.reference::<2>()).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("reference.waypoints.{words}")), "{error}");
+    }
+    for (key, value, words) in [
+        ("jerk = 40.0", "jerk = [1.0, 2.0, 3.0]", "jerk: got 3 entries, wants 2"),
+        ("jerk = 40.0", "jerk = 0", "jerk[0]: got 0, wants a number > 0"),
+        ("jerk = 40.0\n", "", ": missing field `jerk`"),
+    ] {
+        let built = Scenario::from_toml(&WAYPOINTS.replace(key, value));
+        let error = built.and_then(|scenario| scenario.reference::<2>()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
 }
