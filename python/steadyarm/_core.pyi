@@ -23,13 +23,16 @@ __all__ = [
     "Arm",
     "ComputedTorque",
     "Curve",
+    "Disturbance",
     "Excess",
     "FuzzyApproximator",
     "FuzzyBasis",
     "FuzzyCompensator",
     "Guard",
     "NoStabilizingSolution",
+    "Noise",
     "Plant",
+    "Pulses",
     "Quintic",
     "RiccatiSolution",
     "Serial",
@@ -38,6 +41,7 @@ __all__ = [
     "Table",
     "TwoLink",
     "Waypoints",
+    "Wrench",
     "bounded_real_riccati",
     "care",
     "channels",
@@ -948,22 +952,23 @@ class Plant(Settings):
     Parameters
     ----------
     arm: the true arm.
-    disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
-        torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
+    disturbance: τ_d [N·m], which opposes τ: `Pulses`, `Noise`, `Wrench`; `Sines`, `Quintic`,
+        `Table` or `Waypoints` (their position is the torque); a callable ``(q, dq, t) -> (n,)``; or
+        a list of these, which add up; None for none.
     effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
     """
 
     def __new__(
         cls,
         arm: Arm,
-        disturbance: Curve | _DisturbanceCallable | None = None,
+        disturbance: _Push | list[_Push] | None = None,
         effort_limit: ArrayLike | None = None,
     ) -> Plant: ...
     @property
     def arm(self) -> Arm:
         """The true arm."""
     @property
-    def disturbance(self) -> Curve | _DisturbanceCallable | None:
+    def disturbance(self) -> _Push | list[_Push] | None:
         """τ_d as it was given."""
     @property
     def effort_limit(self) -> _Array:
@@ -1088,6 +1093,71 @@ class Waypoints(Curve):
     def arrivals(self) -> _Array:
         """When it arrives at each pose [s], (K,); at the first one that is ``start_time``."""
 
+@disjoint_base
+class Disturbance(Settings):
+    """A disturbance that is no curve: `Pulses`, `Noise` or `Wrench`."""
+
+@final
+class Pulses(Disturbance):
+    """Steps and impulses: each torque from its time on, for as long as it lasts. A disturbance.
+
+    Parameters
+    ----------
+    time: when they begin [s], (K,) or a scalar.
+    torque: heights [N·m], which oppose τ: (K, n), or scalar or (n,) if ``time`` is a scalar.
+    duration: how long they last [s], (K,) or a scalar, > 0; inf or None for steps.
+    shape: "rectangle", or "half_sine" for one that rises and falls as sin(π s).
+    """
+
+    def __new__(
+        cls,
+        time: ArrayLike,
+        torque: ArrayLike,
+        duration: ArrayLike | None = None,
+        shape: Literal["rectangle", "half_sine"] = "rectangle",
+    ) -> Pulses: ...
+
+@final
+class Noise(Disturbance):
+    """Coloured noise, a disturbance: white noise through a first-order low-pass.
+
+    It is Gaussian and stationary, with standard deviation ``deviation`` and correlation
+    ``exp(-2 π cutoff |Δt|)``; the joints are independent. It is a function of time: the same seed
+    gives the same bits in every run, with any step, on every machine.
+
+    Parameters
+    ----------
+    deviation: standard deviation [N·m], scalar or (n,), >= 0.
+    cutoff: cut-off of the filter [Hz], > 0.
+    seed: a whole number from 0 to 2^63 - 1.
+    """
+
+    def __new__(cls, deviation: ArrayLike, cutoff: float, seed: int = 0) -> Noise: ...
+
+@final
+class Wrench(Disturbance):
+    """A force and a moment on the tip, in the axes of the base. A disturbance of ``-Jᵀ (F, m)``.
+
+    It pushes the arm where it points: ``M ddq + H = τ + Jᵀ (F, m)``. The tip is that of
+    ``arm.pose(q)``, of the arm that is really there.
+
+    Parameters
+    ----------
+    force: F [N], (3,); none by default.
+    moment: m [N·m], (3,); none by default.
+    curve: both over time in place of constants: a curve, `Pulses` or `Noise` of six columns, force
+        before moment.
+    """
+
+    def __new__(
+        cls,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        curve: Curve | Pulses | Noise | None = None,
+    ) -> Wrench: ...
+
+_Push = Curve | Disturbance | _DisturbanceCallable
+
 @final
 class RiccatiSolution:
     """P of a Riccati equation, certified: finite, symmetric, accurate, stabilising.
@@ -1189,8 +1259,9 @@ def read_scenario(text: str) -> dict[str, Any]:
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
     ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
-    "reference", and ``disturbance`` likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
-    ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+    "reference"; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`, one or a list of them;
+    ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and ``run``
+    one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
     naming the path of what is unknown, of the wrong type or out of range:
     ``compensator.gain[1]: got -1, wants a number > 0``.
     """

@@ -167,7 +167,7 @@ def design(
     path: what will be tracked: a reference; (t, q) or (t, q, dq, ddq) as a `Table` takes them; or
         positions (T, n), evenly spaced over ``duration``.
     plant: what is really there; it needs a path.
-    duration: length of the path [s]. None: `Table`, `Quintic` and `Waypoints` to their ends, `Sines`
+    duration: length of the path [s]. None: `Table`, `Quintic`, `Waypoints` to their ends, `Sines`
         over a period of the slowest; a callable needs it.
 
     Raises

@@ -2,10 +2,14 @@
 //! the arm's stops). τ_d opposes τ.
 
 #[cfg(feature = "std")]
+mod elastic;
+#[cfg(feature = "std")]
 mod noise;
 mod pulses;
 mod wrench;
 
+#[cfg(feature = "std")]
+pub use elastic::{Elastic, MotorState};
 #[cfg(feature = "std")]
 pub use noise::Noise;
 pub use pulses::{Pulse, Pulses, Shape};

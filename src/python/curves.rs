@@ -44,6 +44,11 @@ impl PyCurve {
         made.map_or_else(|| self.settings.build().map_err(value_error), |made| Ok(made.clone()))
     }
 
+    /// Its arguments.
+    pub fn settings(&self) -> &CurveSettings {
+        &self.settings
+    }
+
     /// When it arrives at each of its poses [s], if it has some.
     fn arrivals(&self) -> Vec<f64> {
         each!(&self.motions, Curves, motion => match &**motion {

@@ -14,8 +14,8 @@ use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 
 use crate::scenario::{
     BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, InputSettings,
-    MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings, SinesSettings,
-    TableSettings, TwoLinkSettings, WaypointsSettings,
+    MethodName, NoiseSettings, Numbers, PerJoint, PulsesSettings, QuinticSettings, Rules,
+    RunSettings, ShapeName, SinesSettings, TableSettings, TwoLinkSettings, WaypointsSettings,
 };
 
 /// Lists with more entries are shown by their first and last.
@@ -254,6 +254,8 @@ fields! {
         normalization, dictionary, merge_tolerance,
     }
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
+    NoiseSettings { deviation, cutoff, seed }
+    PulsesSettings { time, torque, duration, shape }
     QuinticSettings { start, goal, duration, start_time }
     RunSettings { duration, dt, method, control_period, q0, dq0, rtol, atol }
     SinesSettings { frequency, sin, cos, offset, start_time }
@@ -299,6 +301,7 @@ as_objects! {
         Numbers::Rows(rows) => rows.into_bound_py_any(py),
     };
     MethodName, it, py => it.name().into_bound_py_any(py);
+    ShapeName, it, py => it.name().into_bound_py_any(py);
     Rules, it, py => it.name().into_bound_py_any(py);
     InputSettings, it, py => {
         let dict = PyDict::new(py);

@@ -9,6 +9,7 @@ mod convert;
 mod curves;
 mod design;
 mod dispatch;
+mod disturbances;
 mod errors;
 mod form;
 mod fuzzy;
@@ -70,6 +71,8 @@ mod core_module {
     use super::curves::{PyCurve, PyQuintic, PySines, PyTable, PyWaypoints};
     #[pymodule_export]
     use super::design::{choices, design};
+    #[pymodule_export]
+    use super::disturbances::{PyDisturbance, PyNoise, PyPulses, PyWrench};
     #[pymodule_export]
     use super::errors::NoStabilizingSolution;
     #[pymodule_export]

@@ -161,22 +161,37 @@ impl SinesSettings {
 
     /// Amplitudes, an entry a frequency.
     fn rows(&self, name: &'static str, amplitudes: &Option<Numbers>) -> Result<Vec<PerJoint>> {
-        let count = self.frequency.as_slice().len();
-        match (amplitudes, &self.frequency) {
-            (None, _) => Ok(vec![zero(); count]),
-            (Some(Numbers::Same(values)), PerJoint::All(_)) => Ok(vec![values.clone()]),
-            (Some(Numbers::Rows(rows)), PerJoint::Each(_)) => {
-                length(name, rows.len(), count)?;
-                Ok(rows.iter().cloned().map(PerJoint::Each).collect())
-            }
-            (Some(Numbers::Rows(rows)), PerJoint::All(_)) => {
-                let wanted = "no rows: a number or one a joint, as the frequency is one number";
-                Err(Error::out_of_range(name, rows.len() as f64, wanted))
-            }
-            (Some(Numbers::Same(values)), PerJoint::Each(_)) => {
-                let wanted = "a list of lists: one row of amplitudes for each frequency";
-                Err(Error::out_of_range(name, values.as_slice().len() as f64, wanted))
-            }
+        match amplitudes {
+            None => Ok(vec![zero(); self.frequency.as_slice().len()]),
+            Some(amplitudes) => rows(name, amplitudes, &self.frequency, AMPLITUDES),
+        }
+    }
+}
+
+/// What is wanted of amplitudes for one frequency, and for several.
+const AMPLITUDES: [&str; 2] = [
+    "no rows: a number or one a joint, as the frequency is one number",
+    "a list of lists: one row of amplitudes for each frequency",
+];
+
+/// Values of the joints for each entry of a list: as they are for a single entry, else a row each.
+pub(super) fn rows(
+    name: &'static str,
+    values: &Numbers,
+    list: &PerJoint,
+    [wanted_of_one, wanted_of_more]: [&'static str; 2],
+) -> Result<Vec<PerJoint>> {
+    match (values, list) {
+        (Numbers::Same(values), PerJoint::All(_)) => Ok(vec![values.clone()]),
+        (Numbers::Rows(rows), PerJoint::Each(list)) => {
+            length(name, rows.len(), list.len())?;
+            Ok(rows.iter().cloned().map(PerJoint::Each).collect())
+        }
+        (Numbers::Rows(rows), PerJoint::All(_)) => {
+            Err(Error::out_of_range(name, rows.len() as f64, wanted_of_one))
+        }
+        (Numbers::Same(values), PerJoint::Each(_)) => {
+            Err(Error::out_of_range(name, values.as_slice().len() as f64, wanted_of_more))
         }
     }
 }

@@ -5,8 +5,10 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CompensatorSettings, ControllerSettings, Curve, CurveSettings, RunSettings, TwoLinkSettings,
+    CompensatorSettings, ControllerSettings, Curve, CurveSettings, DisturbanceSettings, Push,
+    PushSettings, RunSettings, TwoLinkSettings,
 };
+use crate::arm::Tip;
 use crate::error::Error;
 use crate::robot::{ReadError, limited};
 
@@ -36,8 +38,9 @@ pub struct Scenario {
     pub compensator: Option<CompensatorSettings>,
     /// Where the arm should be.
     pub reference: Option<CurveSettings>,
-    /// The torque that nobody asked for.
-    pub disturbance: Option<CurveSettings>,
+    /// The torque that nobody asked for: `[disturbance.noise]`, or a list `[[disturbance]]` of
+    /// such sections, which add up.
+    pub disturbance: Option<DisturbanceSettings>,
     /// How it is simulated.
     pub run: Option<RunSettings>,
 }
@@ -88,8 +91,11 @@ impl Scenario {
             settings.basis = basis;
             self.compensator = Some(settings.checked().map_err(below("compensator"))?);
         }
-        for (motion, path) in self.motions() {
+        if let Some((motion, path)) = self.motion() {
             motion.joints().map_err(below(path))?;
+        }
+        for (push, path) in self.pushes() {
+            push.joints().map_err(below(path))?;
         }
         if let Some(run) = &self.run {
             run.check().map_err(below("run"))?;
@@ -102,29 +108,37 @@ impl Scenario {
     /// # Errors
     /// As [`CurveSettings::build`], with the path.
     pub fn reference<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
-        self.motion("reference")
+        self.motion().map(|(motion, path)| motion.build().map_err(below(path))).transpose()
     }
 
-    /// The disturbance of `N` joints, if the file has one.
+    /// What pushes this arm of `N` joints; nothing if the file has no disturbance.
     ///
     /// # Errors
-    /// As [`CurveSettings::build`], with the path.
-    pub fn disturbance<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
-        self.motion("disturbance")
+    /// As [`PushSettings::build`], with the path.
+    pub fn disturbance<const N: usize, A: Tip<N> + Clone>(
+        &self,
+        arm: &A,
+    ) -> Result<Vec<Push<N, A>>, ReadError> {
+        self.pushes().map(|(push, path)| push.build(arm).map_err(below(path))).collect()
     }
 
-    fn motion<const N: usize>(&self, section: &str) -> Result<Option<Curve<N>>, ReadError> {
-        let found = self.motions().find(|(_, path)| path.starts_with(section));
-        found.map(|(motion, path)| motion.build().map_err(below(path))).transpose()
+    /// The reference, with its path.
+    fn motion(&self) -> Option<(&CurveSettings, String)> {
+        let motion = self.reference.as_ref()?;
+        Some((motion, format!("reference.{}", motion.name())))
     }
 
-    /// The motions, with their paths.
-    fn motions(&self) -> impl Iterator<Item = (&CurveSettings, String)> {
-        let sections = [("reference", &self.reference), ("disturbance", &self.disturbance)];
-        sections.into_iter().filter_map(|(section, motion)| {
-            let motion = motion.as_ref()?;
-            Some((motion, format!("{section}.{}", motion.name())))
-        })
+    /// The disturbances, with their paths.
+    fn pushes(&self) -> impl Iterator<Item = (&PushSettings, String)> {
+        let pushes = self.disturbance.as_ref().map_or(&[][..], |list| &list.0);
+        let path = move |place: usize| match pushes.len() {
+            1 => "disturbance".to_owned(),
+            _ => format!("disturbance[{place}]"),
+        };
+        let named = move |(place, push): (usize, &'_ PushSettings)| {
+            format!("{}.{}", path(place), push.name())
+        };
+        pushes.iter().enumerate().map(move |each| (each.1, named(each)))
     }
 }
 

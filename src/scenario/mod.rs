@@ -8,6 +8,7 @@
 
 mod controller;
 mod curve;
+mod disturbance;
 mod file;
 mod fuzzy;
 mod inputs;
@@ -19,6 +20,10 @@ mod run;
 pub use controller::{ControllerSettings, TwoLinkSettings};
 pub use curve::{
     Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings, WaypointsSettings,
+};
+pub use disturbance::{
+    DisturbanceSettings, NoiseSettings, PulsesSettings, Push, PushSettings, ShapeName, Signal,
+    WrenchSettings,
 };
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};

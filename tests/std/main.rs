@@ -23,6 +23,7 @@ mod soak;
 mod control;
 mod design;
 mod determinism;
+mod elastic;
 #[cfg(feature = "urdf")]
 mod examples;
 mod fuzzy;
