@@ -24,6 +24,7 @@ __all__ = [
     "ComputedTorque",
     "Controller",
     "Curve",
+    "Disturbance",
     "Effects",
     "Excess",
     "FuzzyApproximator",
@@ -31,7 +32,9 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "NoStabilizingSolution",
+    "Noise",
     "Plant",
+    "Pulses",
     "Quintic",
     "RiccatiSolution",
     "Serial",
@@ -39,6 +42,8 @@ __all__ = [
     "Sines",
     "Table",
     "TwoLink",
+    "Waypoints",
+    "Wrench",
     "bounded_real_riccati",
     "care",
     "channels",
@@ -414,7 +419,7 @@ class Serial(Arm):
         """
     def check(
         self,
-        reference: Sines | Quintic | Table | _ReferenceCallable,
+        reference: Curve | _ReferenceCallable,
         duration: float,
         dt: float = 0.001,
     ) -> list[Excess]:
@@ -1019,8 +1024,9 @@ class Plant(Settings):
     Parameters
     ----------
     arm: the true arm.
-    disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
-        torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
+    disturbance: τ_d [N·m], which opposes τ: `Pulses`, `Noise`, `Wrench`; `Sines`, `Quintic`,
+        `Table` or `Waypoints` (their position is the torque); a callable ``(q, dq, t) -> (n,)``; or
+        a list of these, which add up; None for none.
     effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
     changes: pairs (time [s], arm), times increasing: from then on another arm in the place of the
         one before, such as one with a payload that is picked up, or with other friction. Position
@@ -1030,7 +1036,7 @@ class Plant(Settings):
     def __new__(
         cls,
         arm: Arm,
-        disturbance: Sines | Quintic | Table | _DisturbanceCallable | None = None,
+        disturbance: _Push | list[_Push] | None = None,
         effort_limit: ArrayLike | None = None,
         changes: Sequence[tuple[float, Arm]] | None = None,
     ) -> Plant: ...
@@ -1038,7 +1044,7 @@ class Plant(Settings):
     def arm(self) -> Arm:
         """The true arm."""
     @property
-    def disturbance(self) -> Sines | Quintic | Table | _DisturbanceCallable | None:
+    def disturbance(self) -> _Push | list[_Push] | None:
         """τ_d as it was given."""
     @property
     def changes(self) -> tuple[tuple[float, Arm], ...] | None:
@@ -1112,25 +1118,28 @@ class Effects(Settings):
 
 @disjoint_base
 class Curve(Settings):
-    """A desired motion, or a disturbance: `Sines`, `Quintic` or `Table`.
+    """A desired motion, or a disturbance: `Sines`, `Quintic`, `Table` or `Waypoints`.
 
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,). With times of shape (T,) each is
+    (T, n).
     """
 
-    def __call__(self, t: float) -> _Triple: ...
+    def __call__(self, t: ArrayLike) -> _Triple: ...
 
 @final
 class Sines(Curve):
     """``offset + Σ sin_k sin(ω_k t) + cos_k cos(ω_k t)`` with its exact derivatives.
 
-    A reference in rad, or a disturbance in N·m. Call it with ``t`` [s]: it gives
-    (q_d, dq_d, ddq_d), each (n,).
+    A reference in rad, or a disturbance in N·m. Call it with ``t`` [s], (T,) or a scalar: it gives
+    (q_d, dq_d, ddq_d), each (T, n) or (n,).
 
     Parameters
     ----------
     frequency: ω [rad/s], (K,) or a scalar.
     sin, cos: amplitudes, (K, n), or scalar or (n,) if ``frequency`` is a scalar; 0 by default.
     offset: scalar or (n,); 0 by default.
+    start_time: when it starts [s], with t - start_time for t; None: it is there at all times.
+        Before, a reference stands still where it will begin, and a disturbance is zero.
     """
 
     def __new__(
@@ -1139,6 +1148,7 @@ class Sines(Curve):
         sin: ArrayLike | None = None,
         cos: ArrayLike | None = None,
         offset: ArrayLike | None = None,
+        start_time: float | None = None,
     ) -> Sines: ...
 
 @final
@@ -1146,7 +1156,7 @@ class Quintic(Curve):
     """From ``start`` to ``goal`` [rad] along the quintic of least jerk; at rest before and after.
 
     ``start``, ``goal``: scalar or (n,). ``duration`` [s] > 0, ``start_time`` [s], 0 by default.
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each (T, n) or (n,).
     """
 
     def __new__(
@@ -1161,7 +1171,7 @@ class Quintic(Curve):
 class Table(Curve):
     """A sampled motion, interpolated with continuous acceleration; at rest before and after.
 
-    Call it with ``t`` [s]: it gives (q_d, dq_d, ddq_d), each (n,).
+    Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each (T, n) or (n,).
 
     Parameters
     ----------
@@ -1169,6 +1179,7 @@ class Table(Curve):
     q: positions [rad], (T, n).
     dq, ddq: velocities [rad/s] and accelerations [rad/s²], (T, n); both, or neither: they then come
         from ``q``.
+    start_time: when it is at the first sample [s]; None: at t[0].
     """
 
     def __new__(
@@ -1177,7 +1188,108 @@ class Table(Curve):
         q: ArrayLike,
         dq: ArrayLike | None = None,
         ddq: ArrayLike | None = None,
+        start_time: float | None = None,
     ) -> Table: ...
+
+@final
+class Waypoints(Curve):
+    """From pose to pose as fast as velocity, acceleration and jerk may be, with pauses.
+
+    The joints start and arrive together, on a straight line from pose to pose, and come to rest at
+    every pose, for no longer than an instant without a pause; before and after they stand still. At
+    every moment of a move one joint is at one of its limits. Velocity and acceleration are
+    continuous. Call it with ``t`` [s], (T,) or a scalar: it gives (q_d, dq_d, ddq_d), each
+    (T, n) or (n,).
+
+    Parameters
+    ----------
+    poses: positions [rad], (K, n), at least two.
+    velocity, acceleration, jerk: limits [rad/s], [rad/s²], [rad/s³], scalar or (n,), > 0.
+    pause: how long it rests at the poses between the first and the last [s], scalar or (K - 2,).
+    start_time: when it leaves the first pose [s].
+    """
+
+    def __new__(
+        cls,
+        poses: ArrayLike,
+        velocity: ArrayLike,
+        acceleration: ArrayLike,
+        jerk: ArrayLike,
+        pause: ArrayLike = 0.0,
+        start_time: float = 0.0,
+    ) -> Waypoints: ...
+    @property
+    def duration(self) -> float:
+        """How long it takes from the first pose to the last, with its pauses [s]."""
+
+    @property
+    def arrivals(self) -> _Array:
+        """When it arrives at each pose [s], (K,); at the first one that is ``start_time``."""
+
+@disjoint_base
+class Disturbance(Settings):
+    """A disturbance that is no curve: `Pulses`, `Noise` or `Wrench`."""
+
+@final
+class Pulses(Disturbance):
+    """Steps and impulses: each torque from its time on, for as long as it lasts. A disturbance.
+
+    Parameters
+    ----------
+    time: when they begin [s], (K,) or a scalar.
+    torque: heights [N·m], which oppose τ: (K, n), or scalar or (n,) if ``time`` is a scalar.
+    duration: how long they last [s], (K,) or a scalar, > 0; inf or None for steps.
+    shape: "rectangle", or "half_sine" for one that rises and falls as sin(π s).
+    """
+
+    def __new__(
+        cls,
+        time: ArrayLike,
+        torque: ArrayLike,
+        duration: ArrayLike | None = None,
+        shape: Literal["rectangle", "half_sine"] = "rectangle",
+    ) -> Pulses: ...
+
+@final
+class Noise(Disturbance):
+    """Coloured noise, a disturbance: white noise through a first-order low-pass.
+
+    It is Gaussian and stationary, with standard deviation ``deviation`` and correlation
+    ``exp(-2 π cutoff |Δt|)``; the joints are independent. It is a function of time: the same seed
+    gives the same bits in every run, with any step, on every machine.
+
+    Parameters
+    ----------
+    deviation: standard deviation [N·m], scalar or (n,), >= 0.
+    cutoff: cut-off of the filter [Hz], > 0.
+    seed: a whole number from 0 to 2^63 - 1.
+    """
+
+    def __new__(cls, deviation: ArrayLike, cutoff: float, seed: int = 0) -> Noise: ...
+
+@final
+class Wrench(Disturbance):
+    """A force and a moment on the tip, in the axes of the base. A disturbance of ``-Jᵀ (F, m)``.
+
+    It pushes the arm where it points: ``M ddq + H = τ + Jᵀ (F, m)``. The tip is that of
+    ``arm.pose(q)``, of the arm that is really there.
+
+    Parameters
+    ----------
+    force: F [N], (3,); none by default.
+    moment: m [N·m], (3,); none by default.
+    curve: both over time in place of constants: a curve, `Pulses` or `Noise` of six columns, force
+        before moment.
+    """
+
+    def __new__(
+        cls,
+        force: ArrayLike | None = None,
+        moment: ArrayLike | None = None,
+        curve: Curve | Pulses | Noise | None = None,
+    ) -> Wrench: ...
+
+_Push = Curve | Disturbance | _DisturbanceCallable
 
 @final
 class RiccatiSolution:
@@ -1252,7 +1364,7 @@ def care(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> RiccatiSolut
 def simulate(
     plant: Plant,
     tracker: Controller | Guard,
-    reference: Sines | Quintic | Table | _ReferenceCallable,
+    reference: Curve | _ReferenceCallable,
     duration: float,
     dt: float,
     method: Literal["rk4", "dp54"],
@@ -1280,9 +1392,10 @@ def read_scenario(text: str) -> dict[str, Any]:
 
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
-    ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-    likewise; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and
-    ``run`` one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
+    ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
+    "reference"; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`, one or a list of them;
+    ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and ``run``
+    one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
     naming the path of what is unknown, of the wrong type or out of range:
     ``compensator.gain[1]: got -1, wants a number > 0``.
     """
@@ -1291,7 +1404,7 @@ def channels() -> list[tuple[str, str, bool, str]]:
     """Tell the signals of every record: name, unit, whether there is one a joint, what it is."""
 
 def desired_motion(
-    reference: Sines | Quintic | Table | _ReferenceCallable,
+    reference: Curve | _ReferenceCallable,
     arm: Arm,
     t: ArrayLike,
     q: ArrayLike,
@@ -1309,7 +1422,7 @@ def design(
     delay: int,
     disturbance: ArrayLike | None,
     inertia_ratio: float,
-    path: Sines | Quintic | Table | _ReferenceCallable | None,
+    path: Curve | _ReferenceCallable | None,
     plant: Plant | None,
     duration: float | None,
 ) -> dict[str, Any]:
@@ -1318,7 +1431,7 @@ def design(
 def choices(
     tracker: Controller | Guard,
     plant: Plant,
-    path: Sines | Quintic | Table | None,
+    path: Curve | None,
     duration: float,
     q0: ArrayLike | None,
 ) -> list[str]:

@@ -28,11 +28,15 @@ CLASSES: dict[str, Any] = {
         _core.Effects,
         _core.FuzzyBasis,
         _core.FuzzyCompensator,
+        _core.Noise,
         _core.Plant,
+        _core.Pulses,
         _core.Quintic,
         _core.Sines,
         _core.Table,
         _core.TwoLink,
+        _core.Waypoints,
+        _core.Wrench,
     )
 }
 """Classes that are built from their arguments, beside `Serial`, which is built from its TOML."""

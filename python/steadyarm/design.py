@@ -167,8 +167,8 @@ def design(
     path: what will be tracked: a reference; (t, q) or (t, q, dq, ddq) as a `Table` takes them; or
         positions (T, n), evenly spaced over ``duration``.
     plant: what is really there; it needs a path.
-    duration: length of the path [s]. None: a `Table` and a `Quintic` to their ends, `Sines` over a
-        period of the slowest; a callable needs it.
+    duration: length of the path [s]. None: `Table`, `Quintic`, `Waypoints` to their ends, `Sines`
+        over a period of the slowest; a callable needs it.
 
     Raises
     ------
@@ -201,12 +201,17 @@ def design(
 def _length(path: Any) -> float:
     """How long a path is [s]."""
     if isinstance(path, _core.Table):
-        return float(np.asarray(path.__reduce__()[1][0])[-1])
+        times, _, _, _, start = path.__reduce__()[1]
+        return float(times[-1] if start is None else times[-1] - times[0] + start)
     if isinstance(path, _core.Quintic):
         _, _, duration, start = path.__reduce__()[1]
         return float(duration + start)
+    if isinstance(path, _core.Waypoints):
+        return float(path.arrivals[-1])
     if isinstance(path, _core.Sines):
-        frequency = np.abs(np.atleast_1d(np.asarray(path.__reduce__()[1][0], float)))
+        frequency, *_, start = path.__reduce__()[1]
+        frequency = np.abs(np.atleast_1d(np.asarray(frequency, float)))
         moving = frequency[frequency > 0.0]
-        return 2.0 * math.pi / float(moving.min()) if len(moving) else 1.0
+        period = 2.0 * math.pi / float(moving.min()) if len(moving) else 1.0
+        return period + max(start or 0.0, 0.0)
     raise ValueError("duration: got None, wants the length of a path that is a callable [s]")

@@ -22,7 +22,7 @@ class Scene:
 
     plant: _core.Plant
     tracker: _core.ComputedTorque
-    reference: _core.Sines | _core.Quintic | _core.Table
+    reference: _core.Curve
     duration: float = 40.0
     dt: float = 1e-3
     options: Mapping[str, Any] = field(default_factory=dict)

@@ -14,12 +14,7 @@ from numpy.typing import ArrayLike
 from . import _core, _scene, _stopping
 from .run import Run
 
-Reference = (
-    _core.Sines
-    | _core.Quintic
-    | _core.Table
-    | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
-)
+Reference = _core.Curve | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
 
 NOTED_ROWS = 257
 """Rows of a run at the most that stand for a reference that is a callable."""
@@ -64,7 +59,7 @@ def simulate(
         around one; the guard stays as it was too. A guard's run
         needs its ``control_period``, tells what it did in ``run.guard``, and
         cannot be replayed.
-    reference: `Sines`, `Quintic`, `Table`, or a callable ``t -> (q_d, dq_d, ddq_d)``.
+    reference: `Sines`, `Quintic`, `Table`, `Waypoints`, or a callable ``t -> (q_d, dq_d, ddq_d)``.
     duration: length [s], a whole number of ``dt``.
     dt: step of the integrator and spacing of the record [s].
     method: "rk4" (fixed step) or "dp54" (error control to ``rtol`` and ``atol``; ``dt`` then only
@@ -144,7 +139,7 @@ def _notes(
     A callable is not called again: its rows are taken.
     """
     path: Any = reference
-    if not isinstance(reference, _core.Sines | _core.Quintic | _core.Table):
+    if not isinstance(reference, _core.Curve):
         path = None
         if len(run.t) > 1 and len(run.tau) == len(run.t):
             rows = np.unique(np.linspace(0, len(run.t) - 1, NOTED_ROWS).astype(int))

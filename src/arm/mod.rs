@@ -28,7 +28,16 @@ pub use serial::{
 };
 pub use two_link::{TwoLink, TwoLinkParameters};
 
+use nalgebra::SMatrix;
+
 use crate::math::{FNV_START, Matrix, Vector, fnv_of};
+
+/// An arm whose tip is known.
+pub trait Tip<const N: usize> {
+    /// Jacobian of the tip in the axes of the base: q̇ to its velocity [m/s] (rows 0 to 2) and
+    /// angular velocity [rad/s] (rows 3 to 5).
+    fn jacobian(&self, q: &Vector<N>) -> SMatrix<f64, 6, N>;
+}
 
 /// The dynamics of an arm with `N` joints. Angles in rad, torques in N·m, SI throughout.
 ///

@@ -9,7 +9,9 @@
 //! mid-link. q₁ is measured from the horizontal axis, q₂ from the first link. The paper's arm lies
 //! flat (G = 0) and has no friction; both can be added.
 
-use super::{Arm, Friction, JointFriction, Pose, Posed};
+use nalgebra::SMatrix;
+
+use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
 use crate::error::{Result, finite, positive, within};
 use crate::math::{Matrix, Vector, sin_cos};
 
@@ -262,6 +264,19 @@ impl Arm<2> for TwoLink {
             (mass[(1, 1)] * net[0] - mass[(0, 1)] * net[1]) * inverse_det,
             (mass[(0, 0)] * net[1] - mass[(0, 1)] * net[0]) * inverse_det,
         )
+    }
+}
+
+impl Tip<2> for TwoLink {
+    fn jacobian(&self, q: &Vector<2>) -> SMatrix<f64, 6, 2> {
+        let tip = self.pose(q).translation;
+        let mut jacobian = SMatrix::<f64, 6, 2>::zeros();
+        for (j, frame) in self.link_poses(q).iter().enumerate() {
+            // About z: ẑ × r, and ẑ.
+            let r = tip - frame.translation;
+            jacobian.set_column(j, &Vector::from([-r[1], r[0], 0.0, 0.0, 0.0, 1.0]));
+        }
+        jacobian
     }
 }
 

@@ -1,23 +1,22 @@
-//! Random numbers with the same bits on every machine: PCG, and Box and Muller's normal ones.
+//! Random numbers with the same bits on every machine: xoshiro256++, and Box and Muller's normal
+//! ones.
 
 use core::f64::consts::TAU;
 
-use rand_pcg::Pcg64;
-use rand_pcg::rand_core::Rng as _;
+use rand_xoshiro::rand_core::{Rng as _, SeedableRng as _};
+use rand_xoshiro::{SplitMix64, Xoshiro256PlusPlus};
 
 use crate::math::{ln, sin_cos, sqrt};
 
 /// A source of random numbers of its own: a stream of the seed.
 #[derive(Clone, Debug)]
-pub struct Random(Pcg64);
+pub struct Random(Xoshiro256PlusPlus);
 
 impl Random {
     /// The numbers of a seed in a stream: others in every stream.
     pub fn new(seed: u64, stream: u64) -> Self {
-        let mut source = Pcg64::new(u128::from(seed), u128::from(stream));
-        // Seeds that are near each other begin alike.
-        source.next_u64();
-        Self(source)
+        let of_seed = SplitMix64::seed_from_u64(seed).next_u64();
+        Self(Xoshiro256PlusPlus::seed_from_u64(of_seed.wrapping_add(stream)))
     }
 
     /// Evenly in [0, 1).

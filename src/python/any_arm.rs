@@ -1,11 +1,12 @@
 //! Any arm behind one type, for tracker, plant and the classes of arms.
 
+use nalgebra::SMatrix;
 use pyo3::prelude::*;
 
 use super::dispatch::by_joints;
 use crate::arm::{
     Arm, JointFriction, JointKind, JointLimits, JointStop, Parametric, Pose, Regressor, Serial,
-    TwoLink,
+    Tip, TwoLink,
 };
 use crate::control::BoxedCompensator;
 use crate::math::{Matrix, Vector};
@@ -77,6 +78,18 @@ impl<const N: usize> AnyArm<N> {
         match self {
             Self::TwoLink(arm) => arm.link_poses(&two(q)).to_vec(),
             Self::Serial(arm) => arm.link_poses(q).to_vec(),
+        }
+    }
+}
+
+impl<const N: usize> Tip<N> for AnyArm<N> {
+    fn jacobian(&self, q: &Vector<N>) -> SMatrix<f64, 6, N> {
+        match self {
+            Self::TwoLink(arm) => {
+                let of_two = arm.jacobian(&two(q));
+                SMatrix::from_fn(|i, j| of_two.get((i, j)).copied().unwrap_or(f64::NAN))
+            }
+            Self::Serial(arm) => arm.as_ref().jacobian(q),
         }
     }
 }

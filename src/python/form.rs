@@ -14,8 +14,9 @@ use pyo3::{IntoPyObjectExt, PyClass, PyTraverseError};
 
 use crate::scenario::{
     BasisSettings, CompensatorSettings, ControllerSettings, CurveSettings, EffectsSettings,
-    InputSettings, MethodName, Numbers, PerJoint, QuinticSettings, Rules, RunSettings,
-    SinesSettings, TableSettings, TwoLinkSettings,
+    InputSettings, MethodName, NoiseSettings, Numbers, PerJoint, PulsesSettings, QuinticSettings,
+    Rules, RunSettings, ShapeName, SinesSettings, TableSettings, TwoLinkSettings,
+    WaypointsSettings,
 };
 
 /// Lists with more entries are shown by their first and last.
@@ -259,10 +260,13 @@ fields! {
         cogging_per_turn, seed,
     }
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
+    NoiseSettings { deviation, cutoff, seed }
+    PulsesSettings { time, torque, duration, shape }
     QuinticSettings { start, goal, duration, start_time }
     RunSettings { duration, dt, method, control_period, q0, dq0, rtol, atol }
-    SinesSettings { frequency, sin, cos, offset }
-    TableSettings { t, q, dq, ddq }
+    SinesSettings { frequency, sin, cos, offset, start_time }
+    TableSettings { t, q, dq, ddq, start_time }
+    WaypointsSettings { poses, velocity, acceleration, jerk, pause, start_time }
     TwoLinkSettings { mass, length, inertia, gravity, viscous, coulomb, smoothing }
 }
 
@@ -272,6 +276,7 @@ impl Fields for CurveSettings {
             Self::Sines(sines) => sines.fields(py),
             Self::Quintic(quintic) => quintic.fields(py),
             Self::Table(table) => table.fields(py),
+            Self::Waypoints(waypoints) => waypoints.fields(py),
         }
     }
 }
@@ -302,6 +307,7 @@ as_objects! {
         Numbers::Rows(rows) => rows.into_bound_py_any(py),
     };
     MethodName, it, py => it.name().into_bound_py_any(py);
+    ShapeName, it, py => it.name().into_bound_py_any(py);
     Rules, it, py => it.name().into_bound_py_any(py);
     InputSettings, it, py => {
         let dict = PyDict::new(py);

@@ -11,6 +11,7 @@ mod convert;
 mod curves;
 mod design;
 mod dispatch;
+mod disturbances;
 mod effects;
 mod errors;
 mod form;
@@ -73,9 +74,11 @@ mod core_module {
     #[pymodule_export]
     use super::controller::PyController;
     #[pymodule_export]
-    use super::curves::{PyCurve, PyQuintic, PySines, PyTable};
+    use super::curves::{PyCurve, PyQuintic, PySines, PyTable, PyWaypoints};
     #[pymodule_export]
     use super::design::{choices, design};
+    #[pymodule_export]
+    use super::disturbances::{PyDisturbance, PyNoise, PyPulses, PyWrench};
     #[pymodule_export]
     use super::effects::PyEffects;
     #[pymodule_export]

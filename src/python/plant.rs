@@ -34,8 +34,9 @@ by_joints! {
 /// Parameters
 /// ----------
 /// arm: the true arm.
-/// disturbance: τ_d [N·m], which opposes τ: `Sines`, `Quintic` or `Table` (their position is the
-///     torque), or a callable ``(q, dq, t) -> (n,)``; None for none.
+/// disturbance: τ_d [N·m], which opposes τ: `Pulses`, `Noise`, `Wrench`; `Sines`, `Quintic`,
+///     `Table` or `Waypoints` (their position is the torque); a callable ``(q, dq, t) -> (n,)``; or
+///     a list of these, which add up; None for none.
 /// effort_limit: what each actuator can give [N·m], scalar or (n,), > 0; None or inf for no limit.
 /// changes: pairs (time [s], arm), times increasing: from then on another arm in the place of the
 ///     one before, such as one with a payload that is picked up, or with other friction. Position
@@ -126,8 +127,9 @@ fn plant<const N: usize>(
 where
     Plants: From<Plant<N>>,
 {
-    let disturbance = disturbance.map_or(Ok(None), Source::disturbance)?;
-    let mut plant: Plant<N> = plant::Plant::new(PyArm::of(arm)?.any()?.clone(), disturbance);
+    let arm: AnyArm<N> = PyArm::of(arm)?.any()?.clone();
+    let disturbance = disturbance.map_or(Ok(None), |it| Source::disturbance(it, &arm))?;
+    let mut plant: Plant<N> = plant::Plant::new(arm, disturbance);
     if let Some(limit) = effort_limit {
         plant = plant.with_effort_limit(joints(limit, "effort_limit")?)?;
     }

@@ -7,12 +7,13 @@ use pyo3::types::PyDict;
 use pythonize::pythonize;
 
 use super::curves::PyCurve;
+use super::disturbances::PyDisturbance;
 use super::effects::PyEffects;
 use super::form::Fields;
 use super::fuzzy::PyFuzzyCompensator;
 use super::two_link::PyTwoLink;
 use crate::paper;
-use crate::scenario::Scenario;
+use crate::scenario::{PushSettings, Scenario};
 
 /// Return a simulation of the paper, "printed" or "claimed", as TOML.
 #[pyfunction]
@@ -32,11 +33,12 @@ pub(super) fn paper_scenario(number: usize, preset: &str) -> PyResult<String> {
 ///
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
 /// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
-/// ``reference.quintic`` or ``reference.table`` that class under "reference", and ``disturbance``
-/// likewise; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``,
-/// ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``, ``robot``,
-/// ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the file, see
-/// `Scenario`. Keys are the arguments of the classes. Raises ValueError
+/// ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
+/// "reference", and ``transfer`` likewise; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`,
+/// one or a list of them; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``,
+/// ``effort_limit``, ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``,
+/// ``robot``, ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the
+/// file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError
 /// naming the path of what is unknown, of the wrong type or out of range:
 /// ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
@@ -82,11 +84,24 @@ pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<
     set("controller", "controller", controller.map(|it| Ok(it.fields(py)?.into_any())))?;
     let object = compensator.map(|it| PyFuzzyCompensator::made(it)?.into_bound_py_any(py));
     set("compensator", "compensator", object)?;
-    let motions = [("reference", reference), ("transfer", transfer), ("disturbance", disturbance)];
-    for (name, motion) in motions {
+    for (name, motion) in [("reference", reference), ("transfer", transfer)] {
         let path = motion.as_ref().map_or("", |motion| motion.name());
         set(name, &format!("{name}.{path}"), motion.map(|it| PyCurve::object(py, &it)))?;
     }
+    set("disturbance", "disturbance", disturbance.map(|it| pushes(py, &it.0)))?;
     set("run", "run", run.map(|it| Ok(it.fields(py)?.into_any())))?;
     Ok(sections)
+}
+
+/// One disturbance as its object, several as a list.
+fn pushes<'py>(py: Python<'py>, list: &[PushSettings]) -> PyResult<Bound<'py, PyAny>> {
+    let object = |push: &PushSettings| {
+        let named =
+            |error: PyErr| PyValueError::new_err(format!("{}.{}", push.name(), error.value(py)));
+        PyDisturbance::object(py, push).map_err(named)
+    };
+    match list {
+        [one] => object(one),
+        list => list.iter().map(object).collect::<PyResult<Vec<_>>>()?.into_bound_py_any(py),
+    }
 }

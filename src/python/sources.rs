@@ -6,18 +6,20 @@ use pyo3::PyTraverseError;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::gc::PyVisit;
 use pyo3::prelude::*;
+use pyo3::types::{PyList, PyTuple};
 
 use super::any_arm::{AnyArm, Arms};
 use super::arm::PyArm;
 use super::convert::{Any, Array, array1, matrix_of, numbers, type_name, vector};
 use super::curves::PyCurve;
 use super::dispatch::{each, same_joints};
+use super::disturbances::PyDisturbance;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::math::Vector;
 use crate::plant::Disturbance;
 use crate::reference::{Reference, Setpoint};
-use crate::scenario::Curve;
+use crate::scenario::{Curve, Push};
 
 /// A Python function in a simulation. What it raises is kept, and the simulation sees NaN and ends.
 pub(super) struct Callback {
@@ -29,8 +31,9 @@ impl Callback {
     fn new(function: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
         if !function.is_callable() {
             let got = type_name(function);
-            let message =
-                format!("{name}: got {got}, wants Sines, Quintic, Table or a callable {call}");
+            let message = format!(
+                "{name}: got {got}, wants Sines, Quintic, Table, Waypoints or a callable {call}"
+            );
             return Err(PyTypeError::new_err(message));
         }
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
@@ -62,6 +65,10 @@ impl Callback {
 pub(super) enum Source<const N: usize> {
     Curve(Curve<N>),
     Callback(Callback),
+    /// A disturbance only.
+    Push(Push<N, AnyArm<N>>),
+    /// A sum of disturbances.
+    Sum(Vec<Self>),
 }
 
 impl<const N: usize> Source<N> {
@@ -70,9 +77,25 @@ impl<const N: usize> Source<N> {
         Self::new(value, name, "t -> (q_d, dq_d, ddq_d)")
     }
 
-    pub fn disturbance(value: Any<'_, '_>) -> PyResult<Option<Self>> {
-        let some = !value.is_none();
-        some.then(|| Self::new(value, "disturbance", "(q, dq, t) -> tau_d")).transpose()
+    /// What pushes this arm; `None` where nothing does.
+    pub fn disturbance(value: Any<'_, '_>, arm: &AnyArm<N>) -> PyResult<Option<Self>> {
+        if value.is_none() {
+            return Ok(None);
+        }
+        if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+            let each = value.try_iter()?.map(|one| Self::push(&one?, arm));
+            return Ok(Some(Self::Sum(each.collect::<PyResult<_>>()?)));
+        }
+        Self::push(value, arm).map(Some)
+    }
+
+    fn push(value: Any<'_, '_>, arm: &AnyArm<N>) -> PyResult<Self> {
+        if let Ok(push) = value.cast::<PyDisturbance>() {
+            let push = push.get();
+            same_joints("disturbance", push.joints.unwrap_or(N), N)?;
+            return push.push(arm).map(Self::Push);
+        }
+        Self::new(value, "disturbance", "(q, dq, t) -> tau_d")
     }
 
     /// `name` and `call` are for the message to a user who gave something else.
@@ -87,13 +110,21 @@ impl<const N: usize> Source<N> {
 
     /// What the function raised, if it did; it is forgotten here.
     pub fn raised(&self) -> Option<PyErr> {
-        if let Self::Callback(callback) = self { callback.raised() } else { None }
+        match self {
+            Self::Callback(callback) => callback.raised(),
+            Self::Sum(list) => list.iter().find_map(Self::raised),
+            Self::Curve(_) | Self::Push(_) => None,
+        }
     }
 
     /// Shows the function to the garbage collector. It cannot be set anew, so some other object of
     /// a cycle can, and a class that holds this needs no `__clear__`.
     pub fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
-        if let Self::Callback(callback) = self { visit.call(&callback.function) } else { Ok(()) }
+        match self {
+            Self::Callback(callback) => visit.call(&callback.function),
+            Self::Sum(list) => list.iter().try_for_each(|each| each.traverse(visit)),
+            Self::Curve(_) | Self::Push(_) => Ok(()),
+        }
     }
 }
 
@@ -106,6 +137,7 @@ impl<const N: usize> Reference<N> for Source<N> {
                 .call(Setpoint::at_rest(Vector::repeat(f64::NAN)), |function| {
                     setpoint(&function.call1((t,))?)
                 }),
+            Self::Push(_) | Self::Sum(_) => Setpoint::at_rest(Vector::repeat(f64::NAN)),
         }
     }
 }
@@ -181,25 +213,37 @@ fn desired<const N: usize>(
 impl<const N: usize> Disturbance<N> for Option<Source<N>> {
     #[inline]
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
+        self.as_ref().map_or_else(Vector::zeros, |source| source.torque(q, dq, t))
+    }
+
+    #[inline(always)]
+    fn at_time(&self, t: f64) -> Option<Vector<N>> {
+        self.as_ref().map_or_else(|| Some(Vector::zeros()), |source| source.at_time(t))
+    }
+}
+
+impl<const N: usize> Disturbance<N> for Source<N> {
+    #[inline]
+    fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         match self {
-            None => Vector::zeros(),
-            Some(Source::Curve(motion)) => motion.position(t),
-            Some(Source::Callback(callback)) => {
-                callback.call(Vector::repeat(f64::NAN), |function| {
-                    let py = function.py();
-                    let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
-                    vector(&function.call1((q, dq, t))?, "disturbance")
-                })
-            }
+            Self::Curve(motion) => motion.torque(q, dq, t),
+            Self::Push(push) => push.torque(q, dq, t),
+            Self::Sum(list) => list.torque(q, dq, t),
+            Self::Callback(callback) => callback.call(Vector::repeat(f64::NAN), |function| {
+                let py = function.py();
+                let (q, dq) = (array1(py, q.as_slice()), array1(py, dq.as_slice()));
+                vector(&function.call1((q, dq, t))?, "disturbance")
+            }),
         }
     }
 
     #[inline(always)]
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
         match self {
-            None => Some(Vector::zeros()),
-            Some(Source::Curve(motion)) => Some(motion.position(t)),
-            Some(Source::Callback(_)) => None,
+            Self::Curve(motion) => motion.at_time(t),
+            Self::Push(push) => push.at_time(t),
+            Self::Sum(list) => list.at_time(t),
+            Self::Callback(_) => None,
         }
     }
 }

@@ -1,12 +1,18 @@
 //! Where the arm should be: a desired motion as a function of time.
 
+#[cfg(feature = "std")]
+mod profile;
 mod quintic;
 mod sines;
 mod table;
+#[cfg(feature = "std")]
+mod waypoints;
 
 pub use quintic::Quintic;
 pub use sines::{Harmonic, Sines};
 pub use table::Table;
+#[cfg(feature = "std")]
+pub use waypoints::{MAX_POSES, MotionLimits, Waypoints};
 
 use crate::math::Vector;
 

@@ -1,5 +1,5 @@
 //! Sums of sines: `q_d(t) = o + Σₖ sₖ sin(ωₖ t) + cₖ cos(ωₖ t)`, the paper's reference and its
-//! disturbance (section 4).
+//! disturbance (section 4); with t − t₀ for t where there is a start.
 
 use super::{Reference, Setpoint};
 use crate::error::{Result, finite};
@@ -21,10 +21,15 @@ pub struct Harmonic<const N: usize> {
 ///
 /// The harmonics live in an array, a slice or a `Vec`; each costs one sine and cosine, so give
 /// every frequency once.
+///
+/// It is there at all times, or from a start t₀ on. Before, a reference stands still where it will
+/// begin, at `o + Σₖ cₖ`, with the velocity `Σₖ ωₖ sₖ` at once; and a disturbance is zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sines<const N: usize, T> {
     offset: Vector<N>,
     harmonics: T,
+    /// t₀ \[s\].
+    start_time: Option<f64>,
 }
 
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
@@ -50,7 +55,21 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
             });
             entry("acceleration", i, bound)?;
         }
-        Ok(Self { offset: offset.into(), harmonics })
+        Ok(Self { offset: offset.into(), harmonics, start_time: None })
+    }
+
+    /// The same from `start_time` \[s\] on.
+    ///
+    /// # Errors
+    /// `NotFinite`, naming `start_time`.
+    pub fn starting_at(self, start_time: f64) -> Result<Self> {
+        finite("start_time", &[start_time])?;
+        Ok(Self { start_time: Some(start_time), ..self })
+    }
+
+    /// t₀ \[s\], if it has a start.
+    pub fn start_time(&self) -> Option<f64> {
+        self.start_time
     }
 
     /// o, the constant part.
@@ -66,6 +85,27 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
     /// The sum alone, without its derivatives, at time `t` \[s\].
     #[inline(always)]
     pub fn value(&self, t: f64) -> Vector<N> {
+        self.sum(self.since_start(t).unwrap_or(0.0))
+    }
+
+    /// The sum alone as a disturbance: zero before the start.
+    #[inline(always)]
+    pub fn disturbance(&self, t: f64) -> Vector<N> {
+        self.since_start(t).map_or_else(Vector::zeros, |t| self.sum(t))
+    }
+
+    /// t − t₀, or t without a start; `None` before the start.
+    #[inline(always)]
+    fn since_start(&self, t: f64) -> Option<f64> {
+        match self.start_time {
+            None => Some(t),
+            Some(start) if t < start => None,
+            Some(start) => Some(t - start),
+        }
+    }
+
+    #[inline(always)]
+    fn sum(&self, t: f64) -> Vector<N> {
         let mut value = self.offset;
         for Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {
             let (s, c) = sin_cos(frequency * t);
@@ -80,6 +120,7 @@ impl<const N: usize, T: AsRef<[Harmonic<N>]>> Sines<N, T> {
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Reference<N> for Sines<N, T> {
     #[inline(always)]
     fn at(&self, t: f64) -> Setpoint<N> {
+        let Some(t) = self.since_start(t) else { return Setpoint::at_rest(self.sum(0.0)) };
         let mut setpoint = Setpoint::at_rest(self.offset);
         for &Harmonic { frequency, sin, cos } in self.harmonics.as_ref() {
             let (s, c) = sin_cos(frequency * t);

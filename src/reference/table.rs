@@ -26,6 +26,8 @@ pub struct Table<const N: usize, T> {
     q: T,
     dq: T,
     ddq: T,
+    /// When it is at the first sample \[s\], if not when that says.
+    start_time: Option<f64>,
 }
 
 impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
@@ -42,7 +44,7 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
         check_rows::<N>("q", q.as_ref(), samples)?;
         check_rows::<N>("dq", dq.as_ref(), samples)?;
         check_rows::<N>("ddq", ddq.as_ref(), samples)?;
-        let table = Self { t, q, dq, ddq };
+        let table = Self { t, q, dq, ddq, start_time: None };
         for k in 0..samples - 1 {
             let h = table.step(k);
             let per_h = 1.0 / h;
@@ -56,6 +58,15 @@ impl<const N: usize, T: AsRef<[f64]>> Table<N, T> {
             }
         }
         Ok(table)
+    }
+
+    /// The same motion with the first sample at `start_time` \[s\].
+    ///
+    /// # Errors
+    /// `NotFinite`, naming `start_time`.
+    pub fn starting_at(self, start_time: f64) -> Result<Self> {
+        finite("start_time", &[start_time])?;
+        Ok(Self { start_time: Some(start_time), ..self })
     }
 
     /// The samples: t, q, q̇, q̈, row-major.
@@ -108,6 +119,7 @@ impl<const N: usize, T: AsRef<[f64]>> Reference<N> for Table<N, T> {
     #[inline]
     fn at(&self, t: f64) -> Setpoint<N> {
         let times = self.t.as_ref();
+        let t = self.start_time.map_or(t, |start| (t - start) + times[0]);
         let last = times.len() - 1;
         if t < times[0] {
             return Setpoint::at_rest(self.sample(0).q);

@@ -6,9 +6,11 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    ActualSettings, CompensatorSettings, ControllerSettings, Curve, CurveSettings, EffectsSettings,
-    FrontSettings, LawSettings, MetricsSettings, RobotSettings, RunSettings, TwoLinkSettings,
+    ActualSettings, CompensatorSettings, ControllerSettings, Curve, CurveSettings,
+    DisturbanceSettings, EffectsSettings, FrontSettings, LawSettings, MetricsSettings, Push,
+    PushSettings, RobotSettings, RunSettings, TwoLinkSettings,
 };
+use crate::arm::Tip;
 use crate::error::Error;
 use crate::robot::{ReadError, limited};
 
@@ -44,8 +46,9 @@ pub struct Scenario {
     pub reference: Option<CurveSettings>,
     /// Another motion, on which what was learnt is tried.
     pub transfer: Option<CurveSettings>,
-    /// The torque that nobody asked for.
-    pub disturbance: Option<CurveSettings>,
+    /// The torque that nobody asked for: `[disturbance.noise]`, or a list `[[disturbance]]` of
+    /// such sections, which add up.
+    pub disturbance: Option<DisturbanceSettings>,
     /// How it is simulated.
     pub run: Option<RunSettings>,
     /// What is different on the arm that is really there.
@@ -110,6 +113,9 @@ impl Scenario {
         for (motion, path) in self.motions() {
             motion.joints().map_err(below(path))?;
         }
+        for (push, path) in self.pushes() {
+            push.joints().map_err(below(path))?;
+        }
         if let Some(run) = &self.run {
             run.check().map_err(below("run"))?;
         }
@@ -139,33 +145,41 @@ impl Scenario {
     /// # Errors
     /// As [`CurveSettings::build`], with the path.
     pub fn reference<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
-        self.motion("reference")
+        let motion = self.motions().find(|(_, path)| path.starts_with("reference"));
+        motion.map(|(motion, path)| motion.build().map_err(below(path))).transpose()
     }
 
-    /// The disturbance of `N` joints, if the file has one.
+    /// What pushes this arm of `N` joints; nothing if the file has no disturbance.
     ///
     /// # Errors
-    /// As [`CurveSettings::build`], with the path.
-    pub fn disturbance<const N: usize>(&self) -> Result<Option<Curve<N>>, ReadError> {
-        self.motion("disturbance")
-    }
-
-    fn motion<const N: usize>(&self, section: &str) -> Result<Option<Curve<N>>, ReadError> {
-        let found = self.motions().find(|(_, path)| path.starts_with(section));
-        found.map(|(motion, path)| motion.build().map_err(below(path))).transpose()
+    /// As [`PushSettings::build`], with the path.
+    pub fn disturbance<const N: usize, A: Tip<N> + Clone>(
+        &self,
+        arm: &A,
+    ) -> Result<Vec<Push<N, A>>, ReadError> {
+        self.pushes().map(|(push, path)| push.build(arm).map_err(below(path))).collect()
     }
 
     /// The motions, with their paths.
     fn motions(&self) -> impl Iterator<Item = (&CurveSettings, String)> {
-        let sections = [
-            ("reference", &self.reference),
-            ("transfer", &self.transfer),
-            ("disturbance", &self.disturbance),
-        ];
+        let sections = [("reference", &self.reference), ("transfer", &self.transfer)];
         sections.into_iter().filter_map(|(section, motion)| {
             let motion = motion.as_ref()?;
             Some((motion, format!("{section}.{}", motion.name())))
         })
+    }
+
+    /// The disturbances, with their paths.
+    fn pushes(&self) -> impl Iterator<Item = (&PushSettings, String)> {
+        let pushes = self.disturbance.as_ref().map_or(&[][..], |list| &list.0);
+        let path = move |place: usize| match pushes.len() {
+            1 => "disturbance".to_owned(),
+            _ => format!("disturbance[{place}]"),
+        };
+        let named = move |(place, push): (usize, &'_ PushSettings)| {
+            format!("{}.{}", path(place), push.name())
+        };
+        pushes.iter().enumerate().map(move |each| (each.1, named(each)))
     }
 }
 

@@ -9,6 +9,7 @@
 mod comparison;
 mod controller;
 mod curve;
+mod disturbance;
 mod effects;
 mod file;
 mod fuzzy;
@@ -20,7 +21,13 @@ mod run;
 
 pub use comparison::{ActualSettings, MetricsSettings, PayloadSettings, RobotSettings};
 pub use controller::{ControllerSettings, TwoLinkSettings};
-pub use curve::{Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings};
+pub use curve::{
+    Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings, WaypointsSettings,
+};
+pub use disturbance::{
+    DisturbanceSettings, NoiseSettings, PulsesSettings, Push, PushSettings, ShapeName, Signal,
+    WrenchSettings,
+};
 pub use effects::{EffectsSettings, FrontSettings, VelocityName};
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};

@@ -32,7 +32,7 @@ impl Scenario {
             controller: Some(ControllerSettings::new(&paper::gains()?)),
             compensator: Some(compensator),
             reference: sines((&paper::reference()?).into()),
-            disturbance: sines((&paper::disturbance()?).into()),
+            disturbance: sines((&paper::disturbance()?).into()).map(Into::into),
             run: Some(RunSettings::default()),
             ..Self::default()
         })

@@ -24,6 +24,7 @@ mod control;
 mod design;
 mod determinism;
 mod effects;
+mod elastic;
 #[cfg(feature = "urdf")]
 mod examples;
 mod fuzzy;
@@ -31,6 +32,7 @@ mod golden;
 mod kernel;
 mod laws;
 mod no_std_twin;
+mod plant;
 mod reference;
 mod riccati;
 #[cfg(feature = "urdf")]

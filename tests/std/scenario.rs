@@ -3,8 +3,11 @@
 use steadyarm::control::{
     Adaptation, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains,
 };
+use steadyarm::math::Vector;
 use steadyarm::paper;
-use steadyarm::reference::Reference;
+use steadyarm::plant::{Disturbance, Noise};
+use steadyarm::reference::{MotionLimits, Reference, Waypoints};
+use steadyarm::robot::ReadError;
 use steadyarm::scenario::{
     BasisSettings, CompensatorSettings, Curve, CurveSettings, MethodName, Numbers, QuinticSettings,
     Rules, RunSettings, Scenario, SinesSettings,
@@ -55,8 +58,9 @@ fn the_papers_scenario_builds_the_papers_objects() {
         assert_eq!(plant.as_ref().unwrap().build(), paper::actual());
         let Curve::Sines(sines) = read.reference::<2>().unwrap().unwrap() else { panic!() };
         assert_eq!(sines.harmonics(), paper::reference().unwrap().harmonics());
-        let Curve::Sines(sines) = read.disturbance::<2>().unwrap().unwrap() else { panic!() };
-        assert_eq!(sines.harmonics(), paper::disturbance().unwrap().harmonics());
+        let tau_d = read.disturbance::<2, _>(&paper::actual().unwrap()).unwrap();
+        let same = |t: f64| tau_d.at_time(t) == paper::disturbance().unwrap().at_time(t);
+        assert!((0..50).all(|k| same(0.3 * f64::from(k))));
         let parameters = compensator.as_ref().unwrap().parameters::<2>().unwrap();
         assert_eq!(parameters, *paper::controller(reading).unwrap().compensator.parameters());
     }
@@ -96,6 +100,7 @@ fn unusual() -> Scenario {
         sin: Some(0.3.into()),
         cos: None,
         offset: [0.0, -1.0].into(),
+        start_time: Some(0.25),
     };
     let run = RunSettings {
         duration: 2.0,
@@ -111,7 +116,7 @@ fn unusual() -> Scenario {
         run: Some(run),
         compensator: Some(compensator),
         reference: Some(CurveSettings::Quintic(quintic)),
-        disturbance: Some(CurveSettings::Sines(sines)),
+        disturbance: Some(CurveSettings::Sines(sines).into()),
         ..Scenario::default()
     }
 }
@@ -319,8 +324,97 @@ fn a_motion_of_other_joints_is_refused_where_it_is_built() {
     let scenario = unusual();
     let error = scenario.reference::<3>().unwrap_err().to_string();
     assert_eq!(error, "reference.quintic.start: got 2 entries, wants 3");
-    assert!(scenario.disturbance::<2>().unwrap().is_some());
+    let arm = paper::nominal().unwrap();
+    assert_eq!(scenario.disturbance::<2, _>(&arm).unwrap().len(), 1);
     let table = "[reference.table]\nt = [0, 1]\nq = [[0, 0], [1, inf]]";
     let error = Scenario::from_toml(table).unwrap().reference::<2>().unwrap_err().to_string();
     assert_eq!(error, "reference.table.q[1]: got inf, wants a finite number");
+}
+
+const WAYPOINTS: &str = "[reference.waypoints]\nposes = [[0, 0], [1, -0.5], [0.2, 0.3]]\n\
+                         velocity = [1.0, 2]\nacceleration = 4\njerk = 40.0\n";
+
+#[test]
+fn waypoints_are_read_and_written() {
+    let text = format!("{WAYPOINTS}pause = [0.5]\nstart_time = 1.0\n");
+    let scenario = Scenario::from_toml(&text).unwrap();
+    assert_eq!(Scenario::from_toml(&scenario.to_toml().unwrap()).unwrap(), scenario);
+    let path = scenario.reference::<2>().unwrap().unwrap();
+    let limits = MotionLimits { velocity: [1.0, 2.0], acceleration: [4.0; 2], jerk: [40.0; 2] };
+    let poses = [[0.0, 0.0], [1.0, -0.5], [0.2, 0.3]];
+    let direct = Waypoints::new(&poses, &limits, &[0.5], 1.0).unwrap();
+    assert!((0..40).all(|k| path.at(0.1 * f64::from(k)) == direct.at(0.1 * f64::from(k))));
+    let three = scenario.reference::<3>().unwrap_err().to_string();
+    assert_eq!(three, "reference.waypoints.poses[0]: got 2 entries, wants 3");
+}
+
+#[test]
+fn waypoints_are_refused_by_the_path_of_the_key() {
+    for (line, words) in [
+        ("pause = [0.5, 0.1]", "pause: got 2 entries, wants 1"),
+        ("pause = [[0.5]]", "pause: got a list of lists, wants a number or a list of numbers"),
+        ("start_time = nan", "start_time: got NaN, wants a finite number"),
+        ("stop = 1", "stop: unknown field `stop`"),
+    ] {
+        let built = Scenario::from_toml(&format!("{WAYPOINTS}{line}\n"));
+        let error = built.and_then(|scenario| scenario.reference::<2>()).unwrap_err().to_string();
+        assert!(error.contains(&format!("reference.waypoints.{words}")), "{error}");
+    }
+    for (key, value, words) in [
+        ("jerk = 40.0", "jerk = [1.0, 2.0, 3.0]", "jerk: got 3 entries, wants 2"),
+        ("jerk = 40.0", "jerk = 0", "jerk[0]: got 0, wants a number > 0"),
+        ("jerk = 40.0\n", "", ": missing field `jerk`"),
+    ] {
+        let built = Scenario::from_toml(&WAYPOINTS.replace(key, value));
+        let error = built.and_then(|scenario| scenario.reference::<2>()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn disturbances_are_one_section_or_a_list_that_adds_up() {
+    let arm = paper::nominal().unwrap();
+    let push = |text: &str| -> Result<_, ReadError> {
+        let scenario = Scenario::from_toml(text)?;
+        assert_eq!(Scenario::from_toml(&scenario.to_toml()?)?, scenario);
+        let list = scenario.disturbance::<2, _>(&arm)?;
+        Ok(list.torque(&Vector::<2>::new(0.3, -0.4), &Vector::zeros(), 1.25))
+    };
+    let pulses = "disturbance.pulses]\ntime = [1.0, 1.2]\ntorque = [[1, 2], [3, 4]]\n\
+                  duration = [0.1, inf]\n";
+    let noise = "disturbance.noise]\ndeviation = [0.5, 0.2]\ncutoff = 5.0\nseed = 3\n";
+    let wrench = "disturbance.wrench]\nforce = [0, -20, 0]\n";
+    let alone = [pulses, noise, wrench].map(|text| push(&format!("[{text}")).unwrap());
+    assert_eq!(alone[0], Vector::<2>::new(3.0, 4.0));
+    assert_eq!(alone[1], Noise::new([0.5, 0.2], 5.0, 3).unwrap().value(1.25));
+    let list = [pulses, noise, wrench].map(|text| format!("[[disturbance]]\n[{text}")).concat();
+    assert!((push(&list).unwrap() - alone.iter().sum::<Vector<2>>()).amax() < 1e-14);
+    let over = "[disturbance.wrench.curve.pulses]\ntime = 1.0\ntorque = [0, -20, 0, 0, 0, 0]\n";
+    assert_eq!(push(over).unwrap(), alone[2]);
+    for (text, words) in [
+        (
+            "[disturbance.noise]\ndeviation = 1\ncutoff = 0",
+            "noise.cutoff: got 0, wants a number > 0",
+        ),
+        ("[disturbance.noise]\ncutoff = 1.0", "noise: missing field `deviation`"),
+        ("[disturbance.pulses]\ntime = 1\ntorque = [1, 2]\nshape = \"saw\"", "pulses.shape: "),
+        (
+            "[disturbance.pulses]\ntime = 1\ntorque = [1, 2, 3]",
+            "pulses.torque: got 3 entries, wants 2",
+        ),
+        ("[disturbance.wrench]\nforce = [1, 2]", "wrench.force: "),
+        ("[disturbance.bump]\ntime = 1", ": unknown variant `bump`"),
+        (
+            "[disturbance.wrench]\nforce = [1, 2, 3]\ncurve.noise.deviation = 1\n\
+          curve.noise.cutoff = 1",
+            "wrench.curve: got 1, wants none beside force",
+        ),
+    ] {
+        let error = push(text).unwrap_err().to_string();
+        assert!(error.contains("disturbance") && error.contains(words), "{error}");
+    }
+    let second =
+        format!("{list}[[disturbance]]\n[disturbance.noise]\ndeviation = 1\ncutoff = -1\n");
+    let error = push(&second).unwrap_err().to_string();
+    assert_eq!(error, "disturbance[3].noise.cutoff: got -1, wants a number > 0");
 }

@@ -3,6 +3,7 @@
 use super::joint::Chain;
 use super::space::{Turn, V3};
 use super::{Pose, Serial};
+use crate::arm::Tip;
 use crate::math::{Matrix, Vector};
 
 /// A frame in the base: columns of its rotation, and its origin.
@@ -77,5 +78,11 @@ impl<const N: usize> Serial<N> {
             jacobian.set_column(j, &column.into());
         }
         jacobian
+    }
+}
+
+impl<const N: usize> Tip<N> for Serial<N> {
+    fn jacobian(&self, q: &Vector<N>) -> nalgebra::SMatrix<f64, 6, N> {
+        Self::jacobian(self, q)
     }
 }

@@ -7,7 +7,7 @@ use crate::arm::{Arm, Parametric};
 use crate::control::{BoxedCompensator, DynamicState, FuzzyCompensator, Gains, KernelCompensator};
 use crate::error::{Error, Result};
 use crate::laws::{
-    AdaptiveComputedTorque, AdaptiveComputedTorqueState, AdaptiveParameters, Motion, Passive,
+    AdaptiveComputedTorque, AdaptiveComputedTorqueState, AdaptiveParameters, Pace, Passive,
     PassiveFuzzy, RbfNetwork,
 };
 use crate::scenario::{CompensatorSettings, PerJoint};
@@ -15,15 +15,15 @@ use crate::scenario::{CompensatorSettings, PerJoint};
 /// How an arm moves where nobody says it: speed [rad/s] and acceleration [rad/s²].
 const USUAL_MOTION: [f64; 2] = [1.0, 3.0];
 
-fn motion<const N: usize>(
+fn pace<const N: usize>(
     speed: &Option<PerJoint>,
     acceleration: &Option<PerJoint>,
-) -> Result<Motion<N>> {
+) -> Result<Pace<N>> {
     let [usual_speed, usual_acceleration] = USUAL_MOTION;
     let or = |value: &Option<PerJoint>, name, usual: f64| {
         value.as_ref().map_or(Ok([usual; N]), |value| value.each(name))
     };
-    Ok(Motion {
+    Ok(Pace {
         speed: or(speed, "speed", usual_speed)?,
         acceleration: or(acceleration, "acceleration", usual_acceleration)?,
     })
@@ -47,7 +47,7 @@ where
     pub fn slotine_li(&self, it: &SlotineLiSettings, natural: bool) -> Result<BuiltLaw<N>> {
         let arm = self.arm.clone();
         let how = match it.by_bandwidth()? {
-            Some(bandwidth) => Natural::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?),
+            Some(bandwidth) => Natural::Bandwidth(bandwidth, pace(&it.speed, &it.acceleration)?),
             None => Natural::Gains(gain("slope", &it.slope)?, number("gain", &it.gain)?),
         };
         let law = match &how {
@@ -106,7 +106,7 @@ where
         it: &AdaptiveComputedTorqueSettings,
     ) -> Result<BuiltLaw<N>> {
         let how = match it.by_bandwidth()? {
-            Some(bandwidth) => Model::Bandwidth(bandwidth, motion(&it.speed, &it.acceleration)?),
+            Some(bandwidth) => Model::Bandwidth(bandwidth, pace(&it.speed, &it.acceleration)?),
             None => Model::Gains(
                 gains(&it.kp, &it.kv)?,
                 number("q", &it.q)?,
@@ -151,8 +151,8 @@ impl<const N: usize> Uses<N> for Parameters<'_, N> {
     {
         let adaptation = match self.0 {
             Natural::Gains(slope, gain) => AdaptiveParameters::new(arm.clone(), *slope, [*gain; K]),
-            Natural::Bandwidth(bandwidth, motion) => {
-                AdaptiveParameters::with_bandwidth(arm.clone(), *bandwidth, motion)
+            Natural::Bandwidth(bandwidth, pace) => {
+                AdaptiveParameters::with_bandwidth(arm.clone(), *bandwidth, pace)
             }
         }?;
         let new = |_: &AdaptiveParameters<N, K, A>| DynamicState::<K>::new();
@@ -164,7 +164,7 @@ impl<const N: usize> Uses<N> for Parameters<'_, N> {
 enum Model<const N: usize> {
     /// Gains, Q, g and cut-off.
     Gains(Gains<N>, f64, f64, f64),
-    Bandwidth([f64; N], Motion<N>),
+    Bandwidth([f64; N], Pace<N>),
 }
 
 impl<const N: usize> Uses<N> for Model<N> {
@@ -180,8 +180,8 @@ impl<const N: usize> Uses<N> for Model<N> {
                     AdaptiveComputedTorque::new(arm.clone(), gains, q, [gain; K], cutoff)?;
                 (gains, adaptation)
             }
-            Self::Bandwidth(bandwidth, motion) => {
-                AdaptiveComputedTorque::with_bandwidth(arm.clone(), bandwidth, &motion)?
+            Self::Bandwidth(bandwidth, pace) => {
+                AdaptiveComputedTorque::with_bandwidth(arm.clone(), bandwidth, &pace)?
             }
         };
         let new = |_: &AdaptiveComputedTorque<N, K, A>| AdaptiveComputedTorqueState::new();

@@ -3,7 +3,7 @@
 use crate::arm::{Parametric, Serial, TwoLink};
 use crate::control::{BoxedCompensator, DynamicState};
 use crate::error::{Error, Result};
-use crate::laws::{Motion, NaturalParameters};
+use crate::laws::{NaturalParameters, Pace};
 
 /// An arm whose parameters can be adapted.
 pub trait Adapts<const N: usize> {
@@ -33,7 +33,7 @@ pub enum Natural<const N: usize> {
     /// Λ [1/s] and γ [1/J].
     Gains([f64; N], f64),
     /// A bandwidth [rad/s], and how the arm will move.
-    Bandwidth([f64; N], Motion<N>),
+    Bandwidth([f64; N], Pace<N>),
 }
 
 impl Adapts<2> for TwoLink {
@@ -62,8 +62,8 @@ macro_rules! chains {
             fn natural(&self, how: &Natural<$joints>) -> Result<BoxedCompensator<$joints>> {
                 let adaptation = match how {
                     Natural::Gains(slope, gain) => NaturalParameters::new(*self, *slope, *gain),
-                    Natural::Bandwidth(bandwidth, motion) => {
-                        NaturalParameters::with_bandwidth(*self, *bandwidth, motion)
+                    Natural::Bandwidth(bandwidth, pace) => {
+                        NaturalParameters::with_bandwidth(*self, *bandwidth, pace)
                     }
                 }?;
                 let new = |_: &NaturalParameters<$joints, $parameters>| DynamicState::new();

@@ -1,6 +1,7 @@
 //! Desired motions: derivatives, end conditions, the paper's reference, and the refusals.
 
 mod table;
+mod waypoints;
 
 use steadyarm::Error;
 use steadyarm::math::{Vector, sin_cos};
@@ -94,6 +95,24 @@ fn sines_work_as_the_paper_disturbance() {
             .unwrap();
     let (s, c) = sin_cos(0.9);
     assert_eq!(disturbance.value(0.9), Vector::<2>::new(s, c));
+}
+
+#[test]
+fn sines_with_a_start_stand_still_before_it_and_are_no_disturbance_there() {
+    let late = paper().starting_at(2.0).unwrap();
+    for t in [-1e300, 0.0, 1.999] {
+        assert_eq!(late.at(t), Setpoint::at_rest(paper().at(0.0).q));
+        assert_eq!(late.value(t), paper().value(0.0));
+        assert_eq!(late.disturbance(t), Vector::<2>::zeros());
+    }
+    for t in [2.0, 2.5, 31.25] {
+        assert_eq!(late.at(t), paper().at(t - 2.0));
+        assert_eq!(late.disturbance(t), paper().value(t - 2.0));
+    }
+    let from_zero = paper().starting_at(0.0).unwrap();
+    assert_eq!((from_zero.at(0.7), paper().start_time()), (paper().at(0.7), None));
+    let error = paper().starting_at(INFINITY).unwrap_err();
+    assert_eq!(error, not_finite("start_time", None));
 }
 
 fn move_up() -> Quintic<2> {

@@ -201,3 +201,15 @@ fn table_from_positions_refuses_what_table_refuses() {
         assert_eq!(error, out_of_range("t", Some(1), step, wanted));
     }
 }
+
+#[test]
+fn a_table_with_a_start_is_at_its_first_sample_then() {
+    let table = || Table::<1, _>::from_positions(&[5.0, 6.0, 8.0], &[0.5, 1.0, -1.0]).unwrap();
+    let late = table().starting_at(2.0).unwrap();
+    assert_eq!(late.at(1.9), Setpoint::at_rest([0.5].into()));
+    for t in [2.0, 2.25, 3.0, 4.5, 5.0] {
+        assert_eq!(late.at(t), table().at(t + 3.0));
+    }
+    let error = table().starting_at(f64::NAN).unwrap_err();
+    assert_eq!(error.to_string(), "start_time: got NaN, wants a finite number");
+}

@@ -1,6 +1,20 @@
 //! The arm that is really there: `M(q) q̈ + H(q, q̇) + s(q, q̇) + τ_d(q, q̇, t) = τ` (eq. 6, with
 //! the arm's stops). τ_d opposes τ.
 
+#[cfg(feature = "std")]
+mod elastic;
+#[cfg(feature = "std")]
+mod noise;
+mod pulses;
+mod wrench;
+
+#[cfg(feature = "std")]
+pub use elastic::{Elastic, MotorState};
+#[cfg(feature = "std")]
+pub use noise::Noise;
+pub use pulses::{Pulse, Pulses, Shape};
+pub use wrench::Wrench;
+
 use crate::arm::Arm;
 use crate::control::Limits;
 use crate::error::Result;
@@ -39,18 +53,30 @@ impl<const N: usize> Disturbance<N> for Undisturbed {
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Disturbance<N> for Sines<N, T> {
     #[inline]
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, t: f64) -> Vector<N> {
-        self.value(t)
+        self.disturbance(t)
     }
 
     #[inline]
     fn at_time(&self, t: f64) -> Option<Vector<N>> {
-        Some(self.value(t))
+        Some(self.disturbance(t))
     }
 }
 
 impl<const N: usize, F: Fn(&Vector<N>, &Vector<N>, f64) -> Vector<N>> Disturbance<N> for F {
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         self(q, dq, t)
+    }
+}
+
+/// The sum of several.
+#[cfg(feature = "std")]
+impl<const N: usize, D: Disturbance<N>> Disturbance<N> for Vec<D> {
+    fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
+        self.iter().fold(Vector::zeros(), |sum, each| sum + each.torque(q, dq, t))
+    }
+
+    fn at_time(&self, t: f64) -> Option<Vector<N>> {
+        self.iter().try_fold(Vector::zeros(), |sum, each| Some(sum + each.at_time(t)?))
     }
 }
 
