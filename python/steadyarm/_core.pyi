@@ -1087,6 +1087,12 @@ class Effects(Settings):
     lag: time constant of each drive [s], scalar or (n,).
     cogging: largest cogging torque [N·m], scalar or (n,), ``cogging_per_turn`` times in a turn.
     cogging_per_turn: as above.
+    joint_stiffness: of gears that give [N·m/rad], scalar or (n,); None: links follow their motors.
+        Needs a ``rotor_inertia``. The plant's own rotors are to be left out: ``with_armature(0)``.
+    joint_damping: of the gears [N·m·s/rad], scalar or (n,).
+    rotor_inertia: of each motor, on the link's side of its gear [kg·m²], scalar or (n,).
+    backlash: play of the gears from end to end [rad], scalar or (n,).
+    encoder_side: "motor" (as in most robots) or "link", where the encoders are.
     seed: of all that is random, a whole number >= 0.
     """
 
@@ -1107,6 +1113,11 @@ class Effects(Settings):
         lag: ArrayLike | None = None,
         cogging: ArrayLike | None = None,
         cogging_per_turn: float | None = None,
+        joint_stiffness: ArrayLike | None = None,
+        joint_damping: ArrayLike | None = None,
+        rotor_inertia: ArrayLike | None = None,
+        backlash: ArrayLike | None = None,
+        encoder_side: Literal["motor", "link"] | None = None,
         seed: int | None = None,
     ) -> Effects: ...
     @property

@@ -99,6 +99,16 @@ impl<const N: usize> Elastic<N> {
         MotorState { theta: Vector::from_fn(|i, _| q[i] + twist(i)), dtheta: *dq }
     }
 
+    /// What the gears give to the links, τ_J [N·m].
+    pub fn gear_torque(&self, q: &Vector<N>, dq: &Vector<N>, motor: &MotorState<N>) -> Vector<N> {
+        Vector::from_fn(|i, _| {
+            let phi = self.phi(i, motor.theta[i] - q[i]);
+            let apart = phi != 0.0 || self.backlash[i] == 0.0;
+            let rate = if apart { motor.dtheta[i] - dq[i] } else { 0.0 };
+            self.stiffness[i] * phi + self.damping[i] * rate
+        })
+    }
+
     /// Energy of gears and motors, Σ ½ K φ² + ½ B θ̇² \[J\].
     pub fn energy(&self, q: &Vector<N>, motor: &MotorState<N>) -> f64 {
         (0..N).fold(0.0, |sum, i| {

@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use super::convert::{Any, Given, object};
 use super::form::{New, PyForm};
 use crate::effects::Effects;
-use crate::scenario::{EffectsSettings, VelocityName};
+use crate::scenario::{EffectsSettings, SideName, VelocityName};
 
 /// Sensors, timing and actuators of a real machine, seeded: all of them are off by default.
 ///
@@ -37,6 +37,12 @@ use crate::scenario::{EffectsSettings, VelocityName};
 /// lag: time constant of each drive [s], scalar or (n,).
 /// cogging: largest cogging torque [N·m], scalar or (n,), ``cogging_per_turn`` times in a turn.
 /// cogging_per_turn: as above.
+/// joint_stiffness: of gears that give [N·m/rad], scalar or (n,); None: links follow their motors.
+///     Needs a ``rotor_inertia``. The plant's own rotors are to be left out: ``with_armature(0)``.
+/// joint_damping: of the gears [N·m·s/rad], scalar or (n,).
+/// rotor_inertia: of each motor, on the link's side of its gear [kg·m²], scalar or (n,).
+/// backlash: play of the gears from end to end [rad], scalar or (n,).
+/// encoder_side: "motor" (as in most robots) or "link", where the encoders are.
 /// seed: of all that is random, a whole number >= 0.
 #[pyclass(name = "Effects", module = "steadyarm", frozen, extends = PyForm)]
 pub(super) struct PyEffects {
@@ -84,7 +90,8 @@ impl PyEffects {
     #[pyo3(signature = (encoder_bits=None, noise=None, velocity=None, velocity_noise=None,
         velocity_cutoff=None, velocity_bandwidth=None, velocity_acceleration=None, delay=None,
         jitter=None, drop=None, effort_rate_limit=None, gain=None, lag=None, cogging=None,
-        cogging_per_turn=None, seed=None))]
+        cogging_per_turn=None, joint_stiffness=None, joint_damping=None, rotor_inertia=None,
+        backlash=None, encoder_side=None, seed=None))]
     #[expect(clippy::too_many_arguments, reason = "a Python class")]
     fn new(
         py: Python<'_>,
@@ -103,10 +110,15 @@ impl PyEffects {
         lag: Given<'_, '_>,
         cogging: Given<'_, '_>,
         cogging_per_turn: Given<'_, '_>,
+        joint_stiffness: Given<'_, '_>,
+        joint_damping: Given<'_, '_>,
+        rotor_inertia: Given<'_, '_>,
+        backlash: Given<'_, '_>,
+        encoder_side: Given<'_, '_>,
         seed: Given<'_, '_>,
     ) -> PyResult<PyClassInitializer<Self>> {
         let given = PyDict::new(py);
-        let all: [(&str, Option<Any<'_, '_>>); 16] = [
+        let all: [(&str, Option<Any<'_, '_>>); 21] = [
             ("encoder_bits", encoder_bits),
             ("noise", noise),
             ("velocity", velocity),
@@ -122,6 +134,11 @@ impl PyEffects {
             ("lag", lag),
             ("cogging", cogging),
             ("cogging_per_turn", cogging_per_turn),
+            ("joint_stiffness", joint_stiffness),
+            ("joint_damping", joint_damping),
+            ("rotor_inertia", rotor_inertia),
+            ("backlash", backlash),
+            ("encoder_side", encoder_side),
             ("seed", seed),
         ];
         for (name, value) in all {
@@ -142,6 +159,16 @@ impl PyEffects {
     #[getter]
     fn seed(&self) -> u64 {
         self.settings.seed
+    }
+}
+
+impl<'py> IntoPyObject<'py> for &SideName {
+    type Target = PyAny;
+    type Output = Bound<'py, PyAny>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        self.name().into_bound_py_any(py)
     }
 }
 

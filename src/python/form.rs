@@ -257,7 +257,8 @@ fields! {
     EffectsSettings {
         encoder_bits, noise, velocity, velocity_noise, velocity_cutoff, velocity_bandwidth,
         velocity_acceleration, delay, jitter, drop, effort_rate_limit, gain, lag, cogging,
-        cogging_per_turn, seed,
+        cogging_per_turn, joint_stiffness, joint_damping, rotor_inertia, backlash, encoder_side,
+        seed,
     }
     ControllerSettings { kp, kv, effort_limit, effort_rate_limit }
     NoiseSettings { deviation, cutoff, seed }

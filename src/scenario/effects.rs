@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::numbers::PerJoint;
 use crate::control::Front;
-use crate::effects::{Actuators, Effects, Sensors, Timing, Velocity};
+use crate::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
 use crate::error::{Error, Result, within};
+use crate::plant::Elastic;
 
 /// Parameters of [`Effects`]; all of them are off by default.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -44,8 +45,40 @@ pub struct EffectsSettings {
     pub cogging: PerJoint,
     /// Periods of the cogging in a turn.
     pub cogging_per_turn: f64,
+    /// Stiffness of the gears \[N·m/rad\]; absent: links follow their motors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint_stiffness: Option<PerJoint>,
+    /// Damping of the gears \[N·m·s/rad\].
+    pub joint_damping: PerJoint,
+    /// Inertia of each motor on the link's side of its gear \[kg·m²\]; needed with a stiffness.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotor_inertia: Option<PerJoint>,
+    /// Play of the gears from end to end \[rad\].
+    pub backlash: PerJoint,
+    /// Where the encoders are.
+    pub encoder_side: SideName,
     /// Seed of all that is random.
     pub seed: u64,
+}
+
+/// A side of the gears, by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SideName {
+    /// At the motors.
+    Motor,
+    /// At the links.
+    Link,
+}
+
+impl SideName {
+    /// Its name, as in a file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Motor => "motor",
+            Self::Link => "link",
+        }
+    }
 }
 
 /// Where a velocity comes from, by its name.
@@ -98,6 +131,11 @@ impl Default for EffectsSettings {
             lag: lag[0].into(),
             cogging: cogging[0].into(),
             cogging_per_turn,
+            joint_stiffness: None,
+            joint_damping: 0.0.into(),
+            rotor_inertia: None,
+            backlash: 0.0.into(),
+            encoder_side: SideName::Motor,
             seed,
         }
     }
@@ -136,10 +174,31 @@ impl EffectsSettings {
                 cogging: self.cogging.each("cogging")?,
                 cogging_per_turn: self.cogging_per_turn,
             },
+            transmission: self.transmission().map_err(|error| self.named(error))?,
             seed: self.seed,
         };
         effects.validate().map_err(|error| self.named(error))?;
         Ok(effects)
+    }
+
+    fn transmission<const N: usize>(&self) -> Result<Option<Transmission<N>>> {
+        let Some(stiffness) = &self.joint_stiffness else {
+            let [damping, backlash]: [[f64; N]; 2] =
+                [self.joint_damping.each("joint_damping")?, self.backlash.each("backlash")?];
+            let idle = self.rotor_inertia.is_none();
+            let given = damping.iter().chain(&backlash).any(|x| *x != 0.0);
+            return if idle && !given { Ok(None) } else { Err(Error::missing("joint_stiffness")) };
+        };
+        let rotors = self.rotor_inertia.as_ref().ok_or_else(|| Error::missing("rotor_inertia"))?;
+        let gears =
+            Elastic::new(stiffness.each("joint_stiffness")?, rotors.each("rotor_inertia")?)?
+                .with_damping(self.joint_damping.each("joint_damping")?)?
+                .with_backlash(self.backlash.each("backlash")?)?;
+        let encoders = match self.encoder_side {
+            SideName::Motor => Side::Motor,
+            SideName::Link => Side::Link,
+        };
+        Ok(Some(Transmission { gears, encoders }))
     }
 
     /// Refuses what is out of range, whatever the number of joints.
@@ -155,6 +214,10 @@ impl EffectsSettings {
             ("gain", &self.gain),
             ("lag", &self.lag),
             ("cogging", &self.cogging),
+            ("joint_stiffness", self.joint_stiffness.as_ref().unwrap_or(&self.backlash)),
+            ("joint_damping", &self.joint_damping),
+            ("rotor_inertia", self.rotor_inertia.as_ref().unwrap_or(&self.backlash)),
+            ("backlash", &self.backlash),
         ];
         let counts = known.map(|(name, values)| (name, values.count()));
         let joints = counts.into_iter().try_fold(None, super::numbers::agreed)?;
@@ -168,6 +231,10 @@ impl EffectsSettings {
                 gain: of(&self.gain),
                 lag: of(&self.lag),
                 cogging: of(&self.cogging),
+                joint_stiffness: self.joint_stiffness.as_ref().map(of),
+                joint_damping: of(&self.joint_damping),
+                rotor_inertia: self.rotor_inertia.as_ref().map(of),
+                backlash: of(&self.backlash),
                 ..self.clone()
             };
             let checked = of_one.build::<1>();
@@ -180,6 +247,8 @@ impl EffectsSettings {
     fn named(&self, error: Error) -> Error {
         match (error.parameter(), self.velocity) {
             ("encoder", _) => error.named("encoder_bits"),
+            ("stiffness", _) => error.named("joint_stiffness"),
+            ("damping", _) => error.named("joint_damping"),
             ("velocity", VelocityName::Difference) => error.named("velocity_cutoff"),
             ("velocity", VelocityName::Tracking) => error.named("velocity_bandwidth"),
             ("velocity", VelocityName::Kalman) => error.named("velocity_acceleration"),

@@ -28,7 +28,7 @@ pub use disturbance::{
     DisturbanceSettings, NoiseSettings, PulsesSettings, Push, PushSettings, ShapeName, Signal,
     WrenchSettings,
 };
-pub use effects::{EffectsSettings, FrontSettings, VelocityName};
+pub use effects::{EffectsSettings, FrontSettings, SideName, VelocityName};
 pub use file::Scenario;
 pub use fuzzy::{BasisSettings, CompensatorSettings, Rules};
 pub use inputs::InputSettings;

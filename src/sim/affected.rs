@@ -20,10 +20,10 @@ use super::sampled::{Guarding, Sampled};
 use super::status::Cause;
 use crate::arm::Arm;
 use crate::control::{Channel, Command, Compensator, Law, MAX_DELAY, State, Width};
-use crate::effects::{Clock, Drive, Effects, Measuring};
+use crate::effects::{Clock, Drive, Effects, Measuring, Side, Transmission};
 use crate::error::Result;
 use crate::math::Vector;
-use crate::plant::Disturbance;
+use crate::plant::{Disturbance, MotorState};
 use crate::reference::Reference;
 
 /// Times that are nearer than this share of a step are the same.
@@ -66,6 +66,8 @@ struct Line<const N: usize> {
     sent: [Vector<N>; MAX_DELAY + 1],
     /// What the drives told of each torque that was asked for, the latest first.
     told: [Vector<N>; MAX_DELAY + 1],
+    /// The motors, where gears give.
+    motors: Option<MotorState<N>>,
     /// What was measured last, and when \[s\].
     measured: [Vector<N>; 2],
     seen_at: f64,
@@ -74,16 +76,35 @@ struct Line<const N: usize> {
 
 impl<const N: usize> Line<N> {
     fn new(effects: &Effects<N>, effort_limit: [f64; N], period: f64, begun: &Vector<N>) -> Self {
-        let Effects { sensors, timing, actuators, seed } = *effects;
+        let Effects { sensors, timing, actuators, seed, .. } = *effects;
         Self {
             clock: Clock::new(timing, period, seed),
             measuring: Measuring::new(sensors, seed),
             drive: Drive::new(actuators, effort_limit, begun),
             sent: [*begun; MAX_DELAY + 1],
             told: [*begun; MAX_DELAY + 1],
+            motors: None,
             measured: [Vector::zeros(); 2],
             seen_at: 0.0,
             command: None,
+        }
+    }
+
+    /// What arrives at the links now [N·m].
+    fn arrived(&self, effects: &Effects<N>, Motion { q, dq }: &Motion<N>) -> Vector<N> {
+        match (&effects.transmission, &self.motors) {
+            (Some(transmission), Some(motors)) => transmission.gears.gear_torque(q, dq, motors),
+            _ => self.drive.arrived(),
+        }
+    }
+
+    /// What the encoders see.
+    fn at_encoders(&self, effects: &Effects<N>, motion: &Motion<N>) -> Motion<N> {
+        match (&effects.transmission, &self.motors) {
+            (Some(Transmission { encoders: Side::Motor, .. }), Some(motors)) => {
+                Motion { q: motors.theta, dq: motors.dtheta }
+            }
+            _ => *motion,
         }
     }
 
@@ -122,6 +143,10 @@ where
         let mut line = Line::new(effects, *self.plant.effort_limit(), period, &begun);
         let own = self.controller.compensator.channels();
         let own: usize = own.iter().map(|channel| channel.width.of(N)).sum();
+        line.motors = effects.transmission.map(|transmission| {
+            let Motion { q, dq } = &motion;
+            transmission.gears.carrying(q, dq, &self.plant.arm.gravity(q))
+        });
         let mut t = 0.0;
         'rows: for k in 0..=record.steps {
             let row = record.time(k);
@@ -146,11 +171,11 @@ where
                 }
             }
             let Some(command) = line.command else { break };
-            let held = self.held(effects, &line.drive.arrived(), t);
+            let held = self.held(effects, &line.arrived(effects, &motion), t);
             let sample = self.controller.sample(&motion.q, &motion.dq, &self.reference.at(t));
             let audit = if record.takes(k) { self.audit(state) } else { None };
             let ddq = held.acceleration(&motion, t);
-            let at = Evaluation::new(t, sample, command, held.applied, &ddq, audit);
+            let at = Evaluation::new(t, sample, command, line.drive.arrived(), &ddq, audit);
             if !record.check(&at) {
                 break;
             }
@@ -177,7 +202,7 @@ where
         effects: &Effects<N>,
         line: &mut Line<N>,
         state: &mut State<N, S>,
-        Motion { q, dq }: &Motion<N>,
+        motion: &Motion<N>,
         t: f64,
         guard: &mut Guarding<'_, N>,
     ) -> Result<()>
@@ -188,7 +213,8 @@ where
         let (period, begun) = (self.hold as f64 * self.dt, line.command.is_none());
         let elapsed = if begun { period } else { t - line.seen_at };
         let command = if kept {
-            line.measured = line.measuring.measure(q, dq, elapsed).into();
+            let Motion { q, dq } = line.at_encoders(effects, motion);
+            line.measured = line.measuring.measure(&q, &dq, elapsed).into();
             line.seen_at = t;
             let [q, dq] = &line.measured;
             let sample = self.controller.sample(q, dq, &self.reference.at(t));
@@ -253,6 +279,22 @@ where
         }
         let h = if (h - record.dt).abs() <= SAME * record.dt { record.dt } else { h };
         let arriving = line.drive.arriving(h);
+        if let (Some(transmission), Some(motors)) = (&effects.transmission, &mut line.motors) {
+            let arm = self.plant.arm_at(t);
+            let (q, dq) = transmission.gears.advance(
+                arm,
+                (motion.q, motion.dq),
+                motors,
+                &arriving,
+                (t, h),
+                |&(q, dq), torque, t, h| {
+                    let (held, at) = (self.held(effects, torque, t), Motion { q, dq });
+                    let Motion { q, dq } = held.step_from(&at, t, h);
+                    (q, dq)
+                },
+            );
+            return Some(Motion { q, dq });
+        }
         let held = self.held(effects, &arriving, t);
         let ddq = match self.method {
             Method::Rk4 => held.acceleration(&motion, t),

@@ -22,8 +22,7 @@ pub fn hold_torque<const N: usize, A: Arm<N>, D: Disturbance<N>>(
     t: f64,
     h: f64,
 ) -> Motion<N> {
-    let held = Held::new(plant, t, &plant.applied(tau));
-    held.step((motion, &held.acceleration(motion, t)), t, h).motion
+    Held::new(plant, t, &plant.applied(tau)).step_from(motion, t, h)
 }
 
 /// By how much friction may brake a joint within a step that RK4 follows in one part, h b/m.
@@ -56,6 +55,11 @@ impl<'a, const N: usize, A: Arm<N>, D: Disturbance<N>> Held<'a, N, A, D> {
     /// The same with actuators that cog.
     pub fn cogging(self, actuators: &'a Actuators<N>) -> Self {
         Self { cogging: Some(actuators), ..self }
+    }
+
+    /// The motion `h` \[s\] after time `t`.
+    pub fn step_from(&self, motion: &Motion<N>, t: f64, h: f64) -> Motion<N> {
+        self.step((motion, &self.acceleration(motion, t)), t, h).motion
     }
 
     /// The motion at `end` \[s\], a step of `h` \[s\] after `t`, from that at `t` and q̈ there;

@@ -22,8 +22,13 @@ const FLOORS: [&[&str]; 7] = [
 
 /// Imports within a floor, in one direction each: eigenvalues need vectors and errors,
 /// actuators have a controller's limits, and the loop its delay.
-const NEIGHBOURS: [(&str, &str); 4] =
-    [("eigen", "error"), ("eigen", "math"), ("effects", "control"), ("plant", "control")];
+const NEIGHBOURS: [(&str, &str); 5] = [
+    ("eigen", "error"),
+    ("eigen", "math"),
+    ("effects", "control"),
+    ("effects", "plant"),
+    ("plant", "control"),
+];
 
 const MOST_LINES: usize = 400;
 
