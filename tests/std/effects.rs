@@ -2,15 +2,15 @@
 
 use std::ops::ControlFlow;
 
-use steadyarm::arm::TwoLink;
+use steadyarm::arm::{Arm, TwoLink};
 use steadyarm::control::{
     Compensator, ComputedTorque, Controller, DynamicState, Front, Law, NoCompensation, State,
 };
-use steadyarm::effects::{Actuators, Effects, Sensors, Timing, Velocity};
+use steadyarm::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
 use steadyarm::laws::{DisturbanceObserver, Integral};
-use steadyarm::math::Vector;
+use steadyarm::math::{Matrix, Vector};
 use steadyarm::paper;
-use steadyarm::plant::{Plant, Undisturbed};
+use steadyarm::plant::{Elastic, Plant, Undisturbed};
 use steadyarm::reference::Setpoint;
 use steadyarm::sim::{Options, Run, Status, simulate};
 
@@ -264,4 +264,58 @@ fn what_needs_samples_is_refused_in_continuous_time() {
     }
     let front = Front { hand_over: Some(0.0), ..Front::default() };
     assert!(front.validate().unwrap_err().to_string().starts_with("hand_over"));
+}
+
+/// The two-link arm with rotors on its joints.
+#[derive(Clone, Copy)]
+struct Rotors {
+    arm: TwoLink,
+    rotor: f64,
+}
+
+impl Arm<2> for Rotors {
+    fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
+        self.arm.mass_matrix(q) + Matrix::identity() * self.rotor
+    }
+
+    fn rigid_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
+        self.arm.rigid_bias(q, dq)
+    }
+}
+
+/// Gears that are stiff make a rigid arm with the rotors added; soft ones and play do not.
+#[test]
+fn stiff_gears_are_a_rigid_arm_and_soft_ones_are_not() {
+    let (rotor, gears) = (0.05, |stiffness: f64| Elastic::new([stiffness; 2], [0.05; 2]).unwrap());
+    let nominal = paper::nominal().unwrap();
+    let with_rotor = Rotors { arm: nominal, rotor };
+    let of = |transmission: Option<Transmission<2>>| {
+        let effects = Effects { transmission, ..Effects::default() };
+        let options = Options { duration: 4.0, ..options(effects) };
+        let (reference, mut state) = (paper::reference().unwrap(), State::new(()));
+        let go_on = |_| ControlFlow::Continue(());
+        match transmission {
+            None => {
+                let plant = Plant::new(with_rotor, Undisturbed);
+                simulate(&plant, &plain(), &mut state, &reference, &options, go_on).unwrap()
+            }
+            Some(_) => {
+                let plant = Plant::new(nominal, Undisturbed);
+                simulate(&plant, &plain(), &mut state, &reference, &options, go_on).unwrap()
+            }
+        }
+    };
+    let rigid = of(None);
+    let at = |stiffness, backlash| {
+        let gears: Elastic<2> = gears(stiffness);
+        let gears = gears.with_damping([5.0; 2]).unwrap().with_backlash([backlash; 2]).unwrap();
+        of(Some(Transmission { gears, encoders: Side::Link }))
+    };
+    let apart = |one: &Run<2>| {
+        assert_eq!(one.status, Status::Finished);
+        let pairs = one.q.iter().zip(&rigid.q);
+        pairs.map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max)
+    };
+    let (stiff, soft, loose) = (apart(&at(1e6, 0.0)), apart(&at(3e2, 0.0)), apart(&at(1e4, 0.02)));
+    assert!(stiff < 2e-4 && soft > 10.0 * stiff && loose > 10.0 * stiff, "{stiff} {soft} {loose}");
 }
