@@ -45,6 +45,7 @@ __all__ = [
     "Waypoints",
     "Wrench",
     "bounded_real_riccati",
+    "canonical_scenario",
     "care",
     "channels",
     "choices",
@@ -1397,6 +1398,12 @@ def simulate(
 
 def paper_scenario(number: int, preset: str) -> str:
     """Return a simulation of the paper, "printed" or "claimed", as TOML."""
+
+def canonical_scenario(text: str) -> str:
+    """Return a scenario in TOML as TOML with every default written out: what it says, to the bit.
+
+    Raises ValueError as `read_scenario`.
+    """
 
 def read_scenario(text: str) -> dict[str, Any]:
     """Read a scenario in TOML: objects by section, None for a section that it does not have.
