@@ -325,7 +325,9 @@ def _nominal(sections: Mapping[str, Any]) -> _core.Arm:
     if robot is None:
         arm: _core.Arm = two_link
         return arm
-    return load_robot(robot["file"], robot.get("tip"))
+    chain = load_robot(robot["file"], robot.get("tip"))
+    armature = robot.get("armature")
+    return chain if armature is None else chain.with_armature(armature)
 
 
 def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:

@@ -15,6 +15,10 @@ pub struct RobotSettings {
     /// The frame at the end of its chain; absent: as the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip: Option<String>,
+    /// Inertia of each rotor on the link's side of its gear \[kg·m²\], known to the controllers;
+    /// absent: as the file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub armature: Option<PerJoint>,
 }
 
 /// What is different on the arm that is really there.
