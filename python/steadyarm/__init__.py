@@ -7,8 +7,9 @@
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
 (`ComputedTorque`) with or without a `FuzzyCompensator` over a `FuzzyBasis`, a `Plant`, a reference
-(`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
-(`bounded_real_riccati`, `care`). `plots` and `animation` are imported when they are first used.
+(`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and the Riccati equations
+(`bounded_real_riccati`, `care`). `Pulses`, `Noise`, `Wrench` and curves push the plant. `plots` and
+`animation` are imported when they are first used.
 """
 
 from importlib import import_module as _import_module
