@@ -712,6 +712,9 @@ class Controller:
     @property
     def law(self) -> Any:
         """The law: a dict of its name and parameters, or the object that was given."""
+    @property
+    def delay(self) -> int:
+        """Samples between a torque and the period in which it acts."""
     def start_hand_over(self) -> None:
         """Hand over anew at the next sample, to another reference."""
     def step(

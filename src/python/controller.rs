@@ -164,6 +164,12 @@ impl PyController {
         self.arguments.get(py, 1)
     }
 
+    /// Samples between a torque and the period in which it acts.
+    #[getter]
+    fn delay(&self) -> usize {
+        front(&self.trackers).delay
+    }
+
     /// Hand over anew at the next sample, to another reference.
     fn start_hand_over(&mut self) {
         each!(&mut self.trackers, Trackers, it => it.state.hand_over());
