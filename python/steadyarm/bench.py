@@ -249,7 +249,6 @@ def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
         controller = scene.controller(law)
     except (ValueError, TypeError) as error:
         return Row(name, scene.name, seed, "refused", str(error))
-    controller = copy.deepcopy(controller)
     run = scene._run(controller, seed, None, {})
     frozen = transfer = None
     if freeze and run.status.finished and getattr(run.tracker, "learns", False):
