@@ -39,16 +39,16 @@ const NAMES: [&str; 10] = [
 /// A controller with a law, and all that it remembers. `laws` makes them by name.
 ///
 /// It remembers what it learnt, its last torque, the number of its steps, and the period that is
-/// going on. Pickled or saved and restored, its next torques are the same to the bit. What remembers
-/// is equal to itself alone; ``copy.replace(controller, delay=1)`` is another, before its first
-/// step.
+/// going on. Pickled or saved and restored, its next torques are the same to the bit. What
+/// remembers is equal to itself alone; ``copy.replace(controller, delay=1)`` is another, before its
+/// first step.
 ///
 /// Parameters
 /// ----------
 /// arm: what the controller believes of the arm, with n joints.
-/// law: a dict of its name, ``{"law": "super_twisting", ...}``, and its parameters, as the functions
-///     of `laws` make it and a scenario file has it; or a controller of your own: an object with a
-///     method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``.
+/// law: a dict of its name, ``{"law": "super_twisting", ...}``, and its parameters, as the
+///     functions of `laws` make it and a scenario file has it; or a controller of your own: an
+///     object with a method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``.
 /// effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
 /// effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
 ///     simulations only. It counts from the torque commanded last.
@@ -186,8 +186,8 @@ impl PyController {
     /// let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
     /// is learnt from a period in which it differs from what the law asked for, by whatever
     /// little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
-    /// step it says nothing. ``elapsed`` [s]: the time since the last step, as it was measured, where
-    /// the loop jitters; None: the ``dt`` of that step.
+    /// step it says nothing. ``elapsed`` [s]: the time since the last step, as it was measured,
+    /// where the loop jitters; None: the ``dt`` of that step.
     ///
     /// Raises ValueError or TypeError naming what does not fit; nothing has changed then, bit for
     /// bit. For ``tau``, a torque that would be infinite, the period before has ended.
@@ -222,8 +222,7 @@ impl PyController {
     /// Forget everything: weights, prior, last torque, count of steps.
     ///
     /// The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-    /// is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own is
-    /// reset by its method ``reset()``; TypeError if it has none.
+    /// is on the robot now [N·m], scalar or (n,); None: as it was built.
     #[pyo3(signature = (last_tau=None))]
     fn reset(&mut self, last_tau: Given<'_, '_>) -> PyResult<()> {
         each!(&self.trackers, Trackers, it => it.controller.law.reset())?;
@@ -293,7 +292,7 @@ impl PyController {
         self.set_frozen(false)
     }
 
-    /// Whether it learns something that stays right when learning stops; an observer does not.
+    /// Whether what it learns stays right when learning stops; an observer learns nothing.
     #[getter]
     fn learns(&self) -> bool {
         each!(&self.trackers, Trackers, it => it.controller.compensator.learns())
