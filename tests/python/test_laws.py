@@ -12,8 +12,25 @@ import numpy as np
 import pytest
 import steadyarm as sa
 from law_scenes import (
-    CHAIN, EVERY, GAINS, H, LEARNING, SAMPLED_ONLY, TWO, UNCERTAIN, UNSURE, by_gains, driven,
-    extras, made, nominal, plant, reference, rows, simulated, start,
+    CHAIN,
+    EVERY,
+    GAINS,
+    LEARNING,
+    SAMPLED_ONLY,
+    TWO,
+    UNCERTAIN,
+    UNSURE,
+    H,
+    by_gains,
+    driven,
+    extras,
+    made,
+    nominal,
+    plant,
+    reference,
+    rows,
+    simulated,
+    start,
 )  # fmt: skip
 from steadyarm import laws
 
