@@ -217,7 +217,11 @@ def _built(value: Any, name: str) -> Any:
         return _serial(arguments)
     if kind not in CLASSES or not isinstance(arguments, Mapping):
         return value
-    return CLASSES[kind](**{key: _built(item, key) for key, item in arguments.items()})
+    values = {key: _built(item, key) for key, item in arguments.items()}
+    if isinstance(values.get("changes"), list):
+        # Files have no tuples, and a plant wants its changes as pairs.
+        values["changes"] = [tuple(pair) for pair in values["changes"]]
+    return CLASSES[kind](**values)
 
 
 def _serial(toml: Any) -> _core.Serial:
