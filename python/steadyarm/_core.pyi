@@ -45,6 +45,7 @@ __all__ = [
     "Waypoints",
     "Wrench",
     "bounded_real_riccati",
+    "canonical_scenario",
     "care",
     "channels",
     "choices",
@@ -711,6 +712,9 @@ class Controller:
     @property
     def law(self) -> Any:
         """The law: a dict of its name and parameters, or the object that was given."""
+    @property
+    def delay(self) -> int:
+        """Samples between a torque and the period in which it acts."""
     def start_hand_over(self) -> None:
         """Hand over anew at the next sample, to another reference."""
     def step(
@@ -745,7 +749,8 @@ class Controller:
         """Forget everything: weights, prior, last torque, count of steps.
 
         The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-        is on the robot now [N·m], scalar or (n,); None: as it was built.
+        is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own
+        is reset by its method ``reset()``; TypeError if it has none.
         """
     @property
     def tau_model(self) -> _Array | None:
@@ -781,7 +786,7 @@ class Controller:
         """Adapt again. Raises TypeError without a compensator."""
     @property
     def learns(self) -> bool:
-        """Whether what it learns stays right when learning stops; an observer learns nothing."""
+        """Whether it learns something that stays right when learning stops; an observer does not."""
     @property
     def frozen(self) -> bool:
         """Whether adaptation is stopped."""
@@ -1067,7 +1072,8 @@ class Effects(Settings):
     """Sensors, timing and actuators of a real machine, seeded: all of them are off by default.
 
     For `simulate` with a ``control_period``. What was measured and sent is recorded:
-    ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.sample_age``. The same
+    ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.q_motor``,
+    ``run.tau_cogging``, ``run.sample_age``. The same
     seed gives the same bits.
 
     Parameters
@@ -1398,16 +1404,24 @@ def simulate(
 def paper_scenario(number: int, preset: str) -> str:
     """Return a simulation of the paper, "printed" or "claimed", as TOML."""
 
+def canonical_scenario(text: str) -> str:
+    """Return a scenario in TOML as TOML with every default written out: what it says, to the bit.
+
+    Raises ValueError as `read_scenario`.
+    """
+
 def read_scenario(text: str) -> dict[str, Any]:
     """Read a scenario in TOML: objects by section, None for a section that it does not have.
 
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
     ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
-    "reference"; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`, one or a list of them;
-    ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and ``run``
-    one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
-    naming the path of what is unknown, of the wrong type or out of range:
+    "reference", and ``transfer`` likewise; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`,
+    one or a list of them; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``,
+    ``effort_limit``, ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``,
+    ``robot``, ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the
+    file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError naming the path
+    of what is unknown, of the wrong type or out of range:
     ``compensator.gain[1]: got -1, wants a number > 0``.
     """
 

@@ -281,7 +281,6 @@ def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
         controller = scene.controller(law)
     except (ValueError, TypeError) as error:
         return Row(name, scene.name, seed, "refused", str(error))
-    controller = copy.deepcopy(controller)
     run = scene._run(controller, seed, None, {})
     frozen = transfer = None
     if freeze and run.status.finished and getattr(run.tracker, "learns", False):
@@ -358,9 +357,14 @@ def _nominal(sections: Mapping[str, Any]) -> _core.Arm:
         arm: _core.Arm = two_link
         return arm
     try:
-        return load_robot(robot["file"], robot.get("tip"))
+        chain = load_robot(robot["file"], robot.get("tip"))
     except (ValueError, OSError) as error:
         raise ValueError(f"robot.file: {error}") from error
+    armature = robot.get("armature")
+    try:
+        return chain if armature is None else chain.with_armature(armature)
+    except ValueError as error:
+        raise ValueError(f"robot.{error}") from error
 
 
 def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:

@@ -40,6 +40,8 @@ def example(schema: dict[str, Any]) -> Any:
     schema = resolved(schema)
     if "examples" in schema:
         return schema["examples"][0]
+    if schema.get("type") == "array":
+        return [example(schema["items"])]
     if "anyOf" in schema or "oneOf" in schema:
         return example(schema.get("anyOf", schema.get("oneOf"))[0])
     return least(schema)
@@ -75,6 +77,8 @@ def below(path: tuple[str, ...], schema: dict[str, Any]) -> Iterator[Object]:
     yield path, schema
     for key, part in schema["properties"].items():
         part = resolved(part)
+        if "properties" in resolved(part.get("items", {})):
+            yield from below((*path, f"{key}[0]"), resolved(part["items"]))
         # A curve of a wrench has six columns; its keys are those of any other.
         if "properties" in part and path[-1] != "wrench":
             yield from below((*path, key), part)
@@ -89,13 +93,16 @@ def within(path: tuple[str, ...], content: Any) -> dict[str, Any]:
             laws = [resolved(law) for law in resolved(SCHEMA["definitions"]["law"])["oneOf"]]
             schema = next(law for law in laws if law["properties"]["law"]["enum"][0] == key)
         else:
-            schema = resolved(schema["properties"][key])
+            schema = resolved(schema["properties"][key.removesuffix("[0]")])
+        if "items" in schema:
+            schema = resolved(schema["items"])
         if path[: place + 1] == ("disturbance",):
             schema = resolved(schema["anyOf"][0])
         last = place == len(path) - 1
         only = "minProperties" in schema or schema.get("additionalProperties")
-        at[key] = content if last else {} if only else least(schema)
-        at = at[key]
+        found = content if last else {} if only else least(schema)
+        at[key.removesuffix("[0]")] = [found] if key.endswith("[0]") else found
+        at = found
     return sections if path else content
 
 

@@ -196,7 +196,7 @@ def test_ctrl_c_prints_the_rows_that_there_are_and_ends_with_130(tmp_path: Path)
 
 
 def test_the_example_of_a_controller_of_ones_own_runs(capsys: Out) -> None:
-    runpy.run_path(str(EXAMPLES / "07_compare.py"), run_name="__main__")
+    runpy.run_path(str(EXAMPLES / "own_controller.py"), run_name="__main__")
     out = capsys.readouterr().out
     assert all(name in out for name in ("springs", "computed_torque", "pid"))
     assert "raised" not in out and "refused" not in out

@@ -29,11 +29,14 @@ def sampled(found: sa.Run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_the_channels_are_there_with_units() -> None:
-    found = run(delay=1).channels
-    units = {name: found[name].unit for name in list(found)[-4:]}
+    found = run(delay=1, cogging=0.2, cogging_per_turn=30.0)
+    units = {name: found.channels[name].unit for name in list(found.channels)[-6:]}
     assert units == {
-        "q_measured": "rad", "dq_measured": "rad/s", "tau_commanded": "N·m", "sample_age": "s",
+        "q_measured": "rad", "dq_measured": "rad/s", "tau_commanded": "N·m", "q_motor": "rad",
+        "tau_cogging": "N·m", "sample_age": "s",
     }  # fmt: skip
+    assert (found.q_motor == found.q).all(), "links follow their motors"
+    assert np.allclose(found.tau_cogging, 0.2 * np.sin(30.0 * found.q), rtol=0, atol=1e-12)
     assert "q_measured" not in simulated(made("pid", TWO), TWO).channels
 
 
@@ -211,6 +214,7 @@ def test_gears_give_by_the_torque_that_they_carry() -> None:
     carried = nominal(TWO).gravity(at_motor.q[-1]) / 2e4
     assert np.allclose(at_motor.q_measured[-1] - at_motor.q[-1], carried, rtol=0, atol=1e-6)
     assert abs(carried).max() > 1e-3
+    assert (sampled(at_motor)[0] == at_motor.q_motor[:-1]).all()
     assert (sampled(at_link)[0] == at_link.q[:-1]).all()
 
 

@@ -17,10 +17,12 @@ import pytest
 import steadyarm as sa
 from scenario_files import ALL, example, least, resolved, text, within
 from steadyarm import bench
-from steadyarm._core import read_scenario
+from steadyarm._core import canonical_scenario, read_scenario
 from steadyarm.bench import Scenario, compare, scenario_names
 
 PATIENCE = 60
+DIVERGES = ("paper_half", "time_delay")
+"""Time delay with the inertia M̄ of an arm that has half of it: |1 - M̄/M| = 1, and it wants < 1."""
 
 
 def short(name: str, duration: float = 0.2, **changes: Any) -> Scenario:
@@ -35,6 +37,9 @@ def test_a_shipped_scenario_runs_and_says_why_a_row_is_refused(name: str) -> Non
     table = compare(short(name), workers=2)
     assert len(table.rows) == len(Scenario.read(name).controllers) and table.scenario
     for row in table.rows:
+        if (name, row.controller) == DIVERGES:
+            assert row.status == "diverged" and row.reason
+            continue
         assert row.status in ("finished", "refused"), row
         if row.status == "refused":
             assert "wants" in row.reason and ": got " in row.reason
@@ -120,9 +125,18 @@ def test_every_broken_key_is_refused_by_its_path() -> None:
         if (*path, key) in UNSEEN and isinstance(value, float):
             continue
         words = refused(path, schema, key, value)
-        if words is None or ".".join((*path, key)) not in words:
-            wrong.append((".".join((*path, key)), value, words))
+        # Of a list of changes the reader does not tell which one.
+        wanted = ".".join((*path, key)).replace("[0]", "" if isinstance(value, float) else "[0]")
+        if words is None or wanted not in words:
+            wrong.append((wanted, value, words))
     assert wrong == []
+
+
+@pytest.mark.xfail(strict=True, reason="of a list of changes the reader does not tell which one")
+def test_a_number_in_a_list_of_changes_is_refused_by_its_place() -> None:
+    changes = [{"at": 1.0}, {"at": 2.0, "viscous": -1.0}]
+    with pytest.raises(ValueError, match=r"actual\.changes\[1\]\.viscous"):
+        read_scenario(text({"actual": {"changes": changes}}))
 
 
 @pytest.mark.xfail(strict=True, reason="numbers that are not used, and NaN in q0, are not refused")
@@ -192,6 +206,18 @@ def test_the_section_controller_is_one_with_its_limits() -> None:
     assert "hand_over=50.0" in repr(tracker)
     run = scene.simulate("controller")
     assert abs(run.tau).max() == 2.0 and compare(scene).rows[0].max_abs_tau == 2.0
+
+
+@pytest.mark.parametrize("name", scenario_names())
+def test_written_canonically_a_scenario_is_the_same(name: str) -> None:
+    file = (bench.LIBRARY / f"{name}.toml").read_text(encoding="utf-8")
+    canonical = canonical_scenario(file)
+    assert canonical_scenario(canonical) == canonical
+    first, again = read_scenario(file), read_scenario(canonical)
+    assert first["controllers"] == again["controllers"]
+    for section in ("two_link", "reference", "transfer", "disturbance", "effects"):
+        assert first[section] == again[section], section
+    assert Scenario.of(first).plant == Scenario.of(again).plant
 
 
 def test_only_seeds_and_workers() -> None:
