@@ -786,7 +786,9 @@ class Controller:
         """Adapt again. Raises TypeError without a compensator."""
     @property
     def learns(self) -> bool:
-        """Whether it learns something that stays right when learning stops; an observer does not."""
+        """Whether it learns something that stays right when learning stops; an observer does
+        not.
+        """
     @property
     def frozen(self) -> bool:
         """Whether adaptation is stopped."""

@@ -222,3 +222,22 @@ def test_it_does_not_learn_unless_it_says_so() -> None:
     with pytest.raises(TypeError):
         controller.freeze()
     assert made("pid", TWO).law["law"] == "pid"
+
+
+def test_it_is_reset_by_its_own_method_and_saved_by_nobody_else(tmp_path: Path) -> None:
+    class Resets(Springs):
+        def reset(self) -> None:
+            self.__init__()
+
+    own = Resets()
+    controller = sa.Controller(nominal(TWO), own, control_period=H)
+    tau = driven(controller, rows(TWO, 5))
+    controller.reset()
+    assert own.told == [] and controller.steps == 0
+    assert (driven(controller, rows(TWO, 5)) == tau).all()
+    with pytest.raises(TypeError, match=r"law: .*reset"):
+        sa.Controller(nominal(TWO), Springs(), control_period=H).reset()
+    for call in (controller.save, controller.load):
+        with pytest.raises((TypeError, OSError)):
+            call(tmp_path / "state")
+    assert not (tmp_path / "state").exists()
