@@ -136,6 +136,7 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (plant, {"disturbance": np.hypot}),
     (plant, {"effort_limit": (30, np.inf)}),
     (plant, {"effort_limit": None}),
+    (plant, {"changes": [(1.0, two_link(gravity=9.81)), (2.0, two_link())]}),
     (excess, {"joint": 0}),
     (excess, {"name": "wrist"}),
     (excess, {"bound": "velocity"}),
@@ -303,6 +304,10 @@ TRACKERS: list[dict[str, Any]] = [
     {"effort_limit": (30, 20)},
     {"effort_rate_limit": 1e4},
     {"last_tau": (3, 1)},
+    {"hand_over": 3.0},
+    {"velocity_filter": 80.0},
+    {"bumpless": 20.0},
+    {"delay": 2},
 ]
 SAMPLE = ((0.1, -0.2), (0.3, 0.1), (0, 0), (0, 0), (0.1, 0.2), 1e-3)
 
