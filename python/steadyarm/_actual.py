@@ -24,6 +24,10 @@ def actual_plant(
     if plant is not None and "two_link" in given:
         raise ValueError("actual.two_link: wants none beside a section [plant]")
     arm = given.pop("two_link", plant if plant is not None else nominal)
+    for name in ("inertia_scale", "viscous", "coulomb", "effort_limit"):
+        count = np.size(given.get(name, 0.0))
+        if np.ndim(given.get(name, 0.0)) and count != arm.joints:
+            raise ValueError(f"actual.{name}: got {count} entries, wants {arm.joints}")
     arm = _scaled(arm, given.pop("inertia_scale", None))
     arm = _rubbing(arm, given)
     limit = given.pop("effort_limit", None)

@@ -32,7 +32,7 @@ def add_run(commands: Commands) -> None:
     )
     _add_source(parser)
     add = parser.add_argument
-    add("--controller", metavar="NAME", help="which one (default: the first)")
+    add("--controller", metavar="NAME", help="which one (default: the first by name)")
     add("--seed", metavar="N", type=int, help="seed of noise, jitter, lost samples")
     add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
     add("--save", metavar="FILE.npz", type=record, help="keep the run")
@@ -136,7 +136,7 @@ def _compare(arguments: argparse.Namespace) -> int:
         table = compare(scene, only=only, seeds=arguments.seeds, workers=arguments.workers)
     except (ValueError, TypeError) as error:
         raise Refused(error) from error
-    say(table.to_markdown() if arguments.markdown else str(table))
+    say(table.to_markdown() if arguments.markdown else f"{scene.title}\n\n{table}")
     writers: list[tuple[Path | None, Any]] = [
         (arguments.csv, table.to_csv),
         (arguments.json, table.to_json),

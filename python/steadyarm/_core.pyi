@@ -749,7 +749,8 @@ class Controller:
         """Forget everything: weights, prior, last torque, count of steps.
 
         The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-        is on the robot now [N·m], scalar or (n,); None: as it was built.
+        is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own
+        is reset by its method ``reset()``; TypeError if it has none.
         """
     @property
     def tau_model(self) -> _Array | None:
@@ -785,7 +786,9 @@ class Controller:
         """Adapt again. Raises TypeError without a compensator."""
     @property
     def learns(self) -> bool:
-        """Whether what it learns stays right when learning stops; an observer learns nothing."""
+        """Whether it learns something that stays right when learning stops; an observer does
+        not.
+        """
     @property
     def frozen(self) -> bool:
         """Whether adaptation is stopped."""
@@ -1415,10 +1418,12 @@ def read_scenario(text: str) -> dict[str, Any]:
     ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
     ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
     ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
-    "reference"; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`, one or a list of them;
-    ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and ``run``
-    one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
-    naming the path of what is unknown, of the wrong type or out of range:
+    "reference", and ``transfer`` likewise; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`,
+    one or a list of them; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``,
+    ``effort_limit``, ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``,
+    ``robot``, ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the
+    file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError naming the path
+    of what is unknown, of the wrong type or out of range:
     ``compensator.gain[1]: got -1, wants a number > 0``.
     """
 

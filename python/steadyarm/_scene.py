@@ -6,6 +6,7 @@ callable is ``{"callable": its name}``: no file keeps it.
 
 from __future__ import annotations
 
+import copy
 import inspect
 import json
 from collections.abc import Mapping
@@ -69,10 +70,16 @@ class Scene:
         start: bytes,
         reference: Any,
         options: Mapping[str, Any],
+        own: Any = None,
     ) -> Scene:
-        """Of the arguments of a simulation, the tracker by its own."""
+        """Of the arguments of a simulation, the tracker by its own.
+
+        ``own``: a controller of one's own as it was before the simulation.
+        """
         kind, values = tracker[0].__name__, tracker[1]
         arguments = dict(zip(PARAMETERS[kind], values, strict=True))
+        if own is not None:
+            arguments["law"] = own
         parts = {
             "steadyarm": VERSION,
             "joint_names": joint_names(plant.arm, plant.arm.joints),
@@ -89,7 +96,7 @@ class Scene:
         return {key: _plain(self.parts[key]) for key in KEYS}
 
     def build(
-        self, reference: Any, disturbance: Any
+        self, reference: Any, disturbance: Any, law: Any = None
     ) -> tuple[_core.Plant, _core.Controller, Any, dict[str, Any]]:
         """Plant, tracker at the start of the run, reference and options.
 
@@ -97,19 +104,23 @@ class Scene:
         must be given, and for values that a class refuses.
         """
         try:
-            return self._built(reference, disturbance)
+            return self._built(reference, disturbance, law)
         except (TypeError, RecursionError) as error:
             raise ValueError(f"scene: got one that cannot be built ({error})") from error
 
     def _built(
-        self, reference: Any, disturbance: Any
+        self, reference: Any, disturbance: Any, law: Any
     ) -> tuple[_core.Plant, _core.Controller, Any, dict[str, Any]]:
         plant = self.parts["plant"]
         if disturbance is not None:
             arguments = _plain(plant)["Plant"] | {"disturbance": disturbance}
             plant = {"Plant": arguments}
         plant = _object(plant, "plant", _core.Plant)
-        tracker = _object(self.parts["tracker"], "tracker", _core.Controller)
+        tracker = self.parts["tracker"]
+        if law is not None:
+            ((kind, arguments),) = tracker.items()
+            tracker = {kind: {**arguments, "law": law}}
+        tracker = _object(tracker, "tracker", _core.Controller)
         tracker.__setstate__(self.start)
         if reference is None:
             reference = _built(self.parts["reference"], "reference")
@@ -150,6 +161,12 @@ def joint_names(arm: Any, joints: int) -> list[str]:
 def arguments(value: Any) -> dict[str, Any]:
     """The arguments of one of `CLASSES` by name."""
     return dict(zip(PARAMETERS[type(value).__name__], value.__reduce__()[1], strict=True))
+
+
+def own_law(tracker: Any) -> Any:
+    """A copy of the controller of one's own that steps in a tracker; None for any other."""
+    law = tracker.law if type(tracker) is _core.Controller else None
+    return None if isinstance(law, Mapping) else copy.deepcopy(law)
 
 
 def _option(name: str, value: Any) -> Any:
@@ -200,7 +217,11 @@ def _built(value: Any, name: str) -> Any:
         return _serial(arguments)
     if kind not in CLASSES or not isinstance(arguments, Mapping):
         return value
-    return CLASSES[kind](**{key: _built(item, key) for key, item in arguments.items()})
+    values = {key: _built(item, key) for key, item in arguments.items()}
+    if isinstance(values.get("changes"), list):
+        # Files have no tuples, and a plant wants its changes as pairs.
+        values["changes"] = [tuple(pair) for pair in values["changes"]]
+    return CLASSES[kind](**values)
 
 
 def _serial(toml: Any) -> _core.Serial:

@@ -11,8 +11,9 @@ import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from operator import index
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsIndex
 
 import numpy as np
 
@@ -87,9 +88,13 @@ class Scenario:
             nominal, sections["plant"], sections["actual"], sections["disturbance"]
         )
         effects = sections["effects"]
+        front = _front(sections["front"], effects)
         controllers = dict(sections["controllers"])
         if not controllers:
-            controllers = _own(sections)
+            controllers = _own(sections, nominal, plant, front)
+        for section in ("controller", "compensator"):
+            if sections["controllers"] and sections[section] is not None:
+                raise ValueError(f"{section}: wants none beside a section [controllers]")
         metrics = sections["metrics"] or {}
         options = dict(sections["run"] or RUN)
         window = None
@@ -104,7 +109,7 @@ class Scenario:
             controllers,
             title=sections["title"] or name,
             effects=effects,
-            front=_front(sections["front"], effects),
+            front=front,
             options=options,
             window=window,
             band=metrics.get("band", 0.01),
@@ -224,23 +229,50 @@ def compare(
     Raises
     ------
     ValueError, OSError
-        For a scenario that cannot be read, and a name in ``only`` that no controller has.
+        For a scenario that cannot be read, a name in ``only`` that no controller has, no name or
+        seed at all, and seeds that are none.
     """
     scene = scenario if isinstance(scenario, Scenario) else Scenario.read(scenario)
     every = {**scene.controllers, **(controllers or {})}
-    names = list(every) if only is None else list(only)
-    unknown = [name for name in names if name not in every]
-    if unknown:
-        raise ValueError(f"only: got {unknown[0]!r}, wants some of {', '.join(every)}")
-    seeds = list(range(seeds)) if isinstance(seeds, int) else [int(seed) for seed in seeds]
-    if not seeds:
-        raise ValueError("seeds: got none, wants at least one")
+    names = _chosen(every, only)
+    seeds = _seeds(seeds)
     jobs = [
         Job(name, scene.name, seed, partial(_row, scene, name, every[name], seed, freeze))
         for seed in seeds
         for name in names
     ]
     return Comparison(run_all(jobs, workers, progress), scene.title)
+
+
+def _chosen(every: Mapping[str, Any], only: Sequence[str] | None) -> list[str]:
+    """The names of the controllers that run."""
+    wanted = f"some of {', '.join(every)}"
+    if isinstance(only, str):
+        raise TypeError(f"only: got {only!r}, wants a list of names: {wanted}")
+    names = list(every) if only is None else list(only)
+    for name in names:
+        if name not in every:
+            raise ValueError(f"only: got {name!r}, wants {wanted}")
+    if not names:
+        raise ValueError(f"only: got no name, wants {wanted}")
+    return names
+
+
+def _seeds(seeds: int | Iterable[int]) -> list[int]:
+    """The seeds, or so many of them, counted from 0."""
+    refused = ValueError(
+        f"seeds: got {seeds!r:.80}, wants how many, at least 1, or a list of whole numbers from 0 "
+        "to 2^64 - 1"
+    )
+    try:
+        count = isinstance(seeds, SupportsIndex) and not isinstance(seeds, np.ndarray)
+        found = list(range(index(seeds)) if count else map(index, seeds))  # type: ignore[arg-type]
+    except TypeError:
+        raise refused from None
+    possible = all(0 <= seed < 2**64 for seed in found)
+    if isinstance(seeds, bool) or not found or not possible:
+        raise refused
+    return found
 
 
 def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
@@ -324,9 +356,15 @@ def _nominal(sections: Mapping[str, Any]) -> _core.Arm:
     if robot is None:
         arm: _core.Arm = two_link
         return arm
-    chain = load_robot(robot["file"], robot.get("tip"))
+    try:
+        chain = load_robot(robot["file"], robot.get("tip"))
+    except (ValueError, OSError) as error:
+        raise ValueError(f"robot.file: {error}") from error
     armature = robot.get("armature")
-    return chain if armature is None else chain.with_armature(armature)
+    try:
+        return chain if armature is None else chain.with_armature(armature)
+    except ValueError as error:
+        raise ValueError(f"robot.{error}") from error
 
 
 def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:
@@ -339,17 +377,18 @@ def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:
     return _core.Serial.from_urdf(path, tip=tip)
 
 
-def _own(sections: Mapping[str, Any]) -> dict[str, Any]:
+def _own(
+    sections: Mapping[str, Any], nominal: _core.Arm, plant: _core.Plant, front: Mapping[str, Any]
+) -> dict[str, Any]:
     """The controller of the sections [controller] and [compensator], as the only one."""
-    from .laws import compensator_settings
-
-    feedback = sections["controller"]
-    if feedback is None:
+    if sections["controller"] is None:
         raise ValueError("controllers: is missing, wants a section such as [controllers.pid]")
-    law: dict[str, Any] = {"law": "computed_torque", "kp": feedback["kp"], "kv": feedback["kv"]}
-    if sections["compensator"] is not None:
-        law["compensator"] = compensator_settings(sections["compensator"])
-    return {"controller": law}
+    feedback = dict(sections["controller"])
+    if feedback["effort_limit"] is None and np.isfinite(plant.effort_limit).all():
+        feedback["effort_limit"] = plant.effort_limit
+    compensator = sections["compensator"]
+    tracker = _core.ComputedTorque(nominal, compensator=compensator, **feedback, **front)
+    return {"controller": tracker}
 
 
 def _front(front: Mapping[str, Any] | None, effects: _core.Effects | None) -> dict[str, Any]:

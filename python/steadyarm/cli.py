@@ -214,7 +214,10 @@ def _add_scenario(commands: Commands) -> None:
         "  steadyarm scenario --preset claimed > mine.toml\n"
         "  steadyarm simulate --scenario mine.toml\n\n"
         "  steadyarm scenario paper_sensors > mine.toml\n"
-        "  steadyarm compare mine.toml",
+        "  steadyarm compare mine.toml\n\n"
+        "Editors that know TOML (Even Better TOML, taplo) complete and check the keys of such a\n"
+        "file, with the schema beside it:\n\n"
+        "  steadyarm scenario --schema > schema.json",
         _scenario,
     )
     parser.add_argument(
@@ -222,9 +225,15 @@ def _add_scenario(commands: Commands) -> None:
     )
     parser.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
     parser.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
+    parser.add_argument("--schema", action="store_true", help="the JSON Schema of such a file")
 
 
 def _scenario(arguments: argparse.Namespace) -> int:
+    if arguments.schema:
+        if arguments.name is not None:
+            raise Refused("--schema: is one for all scenarios, wants no NAME beside it")
+        say((LIBRARY / "schema.json").read_text(encoding="utf-8").rstrip())
+        return 0
     if arguments.name is not None:
         text = (LIBRARY / f"{arguments.name}.toml").read_text(encoding="utf-8")
         say(text.rstrip())

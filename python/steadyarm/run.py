@@ -168,9 +168,14 @@ class Run(_Columns):
 
     @classmethod
     def _from_record(
-        cls, record: dict[str, Any], plant: _core.Plant, reference: Any, options: Mapping[str, Any]
+        cls,
+        record: dict[str, Any],
+        plant: _core.Plant,
+        reference: Any,
+        options: Mapping[str, Any],
+        own: Any = None,
     ) -> Run:
-        """Build a run from the core's record, and what was simulated."""
+        """Build a run from the core's record, and what was simulated; ``own`` as for `Scene`."""
         certificate, parts = record["certificate"], record["tracker"]
         columns, joints = record["columns"], record["columns"]["q"].shape[1]
         for name, (_, per_joint, _) in CHANNELS.items():
@@ -193,7 +198,7 @@ class Run(_Columns):
             _reference=reference,
             guard=None if record["guard"] is None else GuardReport(*record["guard"]),
             # A guard is not part of a scene: without it, the run would be another.
-            _scene=Scene.of(plant, parts[:2], record["start"], reference, options)
+            _scene=Scene.of(plant, parts[:2], record["start"], reference, options, own)
             if record["guard"] is None
             else None,
         )
@@ -265,12 +270,12 @@ class Run(_Columns):
             return joint_names(None, self.joints)
         return list(self._made.parts["joint_names"])
 
-    def replay(self, *, reference: Any = None, disturbance: Any = None) -> Run:
+    def replay(self, *, reference: Any = None, disturbance: Any = None, law: Any = None) -> Run:
         """Simulate the run again, from what it was made with: the same to the bit.
 
         No file keeps a callable: ``reference`` and ``disturbance`` give those of the run anew, or
-        others in their place. Raises ValueError that names what must be given, and for a run that
-        has no `scene`.
+        others in their place; ``law`` gives the controller of your own. Raises ValueError that
+        names what must be given, and for a run that has no `scene`.
         """
         from .simulation import simulate
 
@@ -278,7 +283,7 @@ class Run(_Columns):
             raise ValueError(
                 "run: got one without its scene, wants one from `simulate` or its file"
             )
-        plant, tracker, reference, options = self._made.build(reference, disturbance)
+        plant, tracker, reference, options = self._made.build(reference, disturbance, law)
         return simulate(plant, tracker, reference, **options)
 
     def to_dict(self) -> dict[str, Array]:

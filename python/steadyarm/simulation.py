@@ -109,7 +109,7 @@ def simulate(
         columns, raised = run_of(_stopping.poll())
     options = (duration, dt, method, *numerics, record, effects)
     given = dict(zip(_scene.OPTIONS, options, strict=True))
-    run = Run._from_record(columns, plant, reference, given)
+    run = Run._from_record(columns, plant, reference, given, _scene.own_law(tracker))
     notes = _notes(run, plant, tracker, reference, duration, q0)
     vars(run)["notes"] = (*notes, *_loop_notes(tracker, control_period, effects))
     if raised is not None:
@@ -122,9 +122,15 @@ def simulate(
     return run
 
 
-def replay(path: str | Path, *, reference: Reference | None = None, disturbance: Any = None) -> Run:
+def replay(
+    path: str | Path,
+    *,
+    reference: Reference | None = None,
+    disturbance: Any = None,
+    law: Any = None,
+) -> Run:
     """Simulate the run in the file at ``path`` again: ``Run.load(path).replay(...)``."""
-    return Run.load(path).replay(reference=reference, disturbance=disturbance)
+    return Run.load(path).replay(reference=reference, disturbance=disturbance, law=law)
 
 
 def _notes(

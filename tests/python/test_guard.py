@@ -165,7 +165,10 @@ def test_reset_is_as_new_and_a_take_over_counts() -> None:
 
 
 REFUSED: dict[str, tuple[type[Exception], Any]] = {
-    "tracker: got float, wants a Controller": (TypeError, lambda: sa.Guard(1.0, PERIOD)),  # type: ignore[arg-type]
+    "tracker: got float, wants a Controller, such as a ComputedTorque": (
+        TypeError,
+        lambda: sa.Guard(1.0, PERIOD),
+    ),  # type: ignore[arg-type]
     "control_period: got 0, wants a period": (ValueError, lambda: sa.Guard(tracker(), 0.0)),
     r"effort_limit\[1\]: got -1, wants a limit > 0": (
         ValueError,
