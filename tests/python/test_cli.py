@@ -8,7 +8,8 @@ import sys
 import numpy as np
 import pytest
 import steadyarm as sa
-from steadyarm import _files, cli, reproduction
+from steadyarm import _files, _rivals, cli, reproduction
+from steadyarm.comparison import Row
 
 GOLDEN_TOLERANCE = 1e-5
 """RMS errors [rad] agree with two independent programs to this."""
@@ -41,6 +42,8 @@ GOLDEN_TORQUE = {
 
 PICTURES = {"figure1.png", "figure2.png", "figure3.png", "figure3_claimed.png", "errors.png"}
 
+COMPARISON = {"compare.md", "compare.csv", "compare.html"}
+
 
 posix = pytest.mark.skipif(os.name != "posix", reason="needs links, limits, devices and pipes")
 
@@ -70,7 +73,7 @@ def reproduced(tmp_path_factory):
 
 def test_reproduce_writes_pictures_and_numbers_and_nothing_else(reproduced):
     out, text, _ = reproduced
-    assert {path.name for path in out.iterdir()} == PICTURES | {"results.json"}
+    assert {path.name for path in out.iterdir()} == PICTURES | COMPARISON | {"results.json"}
     assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in PICTURES)
     assert f"Pictures and numbers are in {out}" in text
 
@@ -118,6 +121,55 @@ def test_the_verdict_is_computed_from_the_numbers(reproduced):
         assert word in as_printed
     for word in ("does what the paper claims", "0.011 / 0.022", "17.6 / 20.7 times"):
         assert word in as_claimed
+
+
+def test_rivals_are_printed_with_what_they_show_and_written(reproduced):
+    out, text, _ = reproduced
+    table = sa.Comparison.from_csv(out / "compare.csv")
+    assert len(table.rows) == 2 * 19
+    assert {row.scenario for row in table.rows} == {"paper_rivals", "paper_sensors"}
+    said = _rivals.sentences(list(table.rows))
+    words = " ".join(text.split())
+    assert len(said) == 7
+    assert all(" ".join(sentence.split()) in words for sentence in said)
+    assert "super\\_twisting" in (out / "compare.md").read_text(encoding="utf-8")
+    assert "The printed method is inert" in (out / "compare.html").read_text(encoding="utf-8")
+
+
+def rival(controller, scenario, error, peak=10.0, variation=100.0, **figures):
+    """A row of a rival with a steady error [mrad]."""
+    figures |= {"max_abs_tau": peak, "torque_variation": variation}
+    return Row(controller, scenario, steady_rms_e=1e-3 * error, **figures)
+
+
+def test_what_rivals_show_follows_from_their_figures():
+    rows = [
+        rival("computed_torque", "paper_rivals", 100),
+        rival("fuzzy_printed", "paper_rivals", 97),
+        rival("pd", "paper_rivals", 30, 60.0),
+        rival("pid", "paper_rivals", 2),
+        rival("computed_torque", "paper_sensors", 100),
+        rival("pid", "paper_sensors", 2, 12.0, 1500.0),
+        rival("slotine_li", "paper_sensors", 3, frozen_rms_e=0.004),
+        rival("fuzzy_claimed", "paper_sensors", 3, 70.0, frozen_rms_e=0.09),
+        Row("pd", "paper_sensors", status="refused", reason="too fast"),
+    ]
+    ideal, sensors, printed, starts, chatter, learnt, refused = _rivals.sentences(rows)
+    assert ideal.endswith("to 1/5 and less it does with pid (10.0 N·m).")
+    assert "slotine_li (10.0 N·m), pid (12.0 N·m); at peaks far above those, fuzzy" in sensors
+    assert "is inert: 97.0 mrad at 10.0 N·m. A PD without a model beats it: 30.0 mrad" in printed
+    assert "60.0 at the most. With hand-over the median is 11.0 N·m." in starts
+    assert chatter.endswith("by 10 times that and more with pid (1500).")
+    assert (
+        learnt
+        == "Of the 2 that adapt these still work when learning stops: slotine_li (4.00 mrad)."
+    )
+    assert refused.endswith(": pd in paper_sensors.")
+    rows[1] = rival("fuzzy_printed", "paper_rivals", 20)
+    _, _, printed, *_ = _rivals.sentences(rows)
+    assert "changes the error by -80 %" in printed
+    assert "does not beat it" in printed
+    assert _rivals.sentences([]) == []
 
 
 @pytest.mark.parametrize(
@@ -209,6 +261,20 @@ def test_ctrl_c_keeps_what_is_written_and_says_so(capsys, tmp_path, monkeypatch,
     kept = f"kept in {tmp_path}: figure1.png, figure2.png; results.json was not written"
     assert f"steadyarm: stopped; {kept}\n" in err
     assert {path.name for path in tmp_path.iterdir()} == {"figure1.png", "figure2.png"}
+
+
+def test_ctrl_c_among_the_rivals_keeps_the_pictures(capsys, tmp_path, monkeypatch):
+    monkeypatch.setattr(reproduction, "cases", lambda: iter([reproduction.Case(2)]))
+    figures = {"simulation 2": cli.FIGURES["simulation 2"]}
+    monkeypatch.setattr(cli, "FIGURES", figures)
+    row = Row("pid", "paper_rivals", status="interrupted", reason="it was stopped")
+    monkeypatch.setattr(_rivals, "rivals", lambda: sa.Comparison([row]))
+    code, _, err = run_command(capsys, "reproduce", "--out", tmp_path)
+    assert code == 130
+    assert (
+        f"kept in {tmp_path}: errors.png, figure2.png, results.json; compare.md was not written"
+        in err
+    )
 
 
 @posix
