@@ -184,7 +184,8 @@ def design(
             raise ValueError("duration: got None, wants the length of a path of positions [s]")
         path = np.linspace(0.0, duration, len(path)), path
     if isinstance(path, tuple):
-        path = _core.Table(*path)
+        samples: tuple[Any, ...] = path
+        path = _core.Table(*samples)
     if path is not None and duration is None:
         duration = _length(path)
     ratio = 1.0 if inertia_ratio is None else inertia_ratio
