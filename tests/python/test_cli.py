@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import steadyarm as sa
 from steadyarm import _files, _rivals, cli, reproduction
-from steadyarm.comparison import Row
 
 GOLDEN_TOLERANCE = 1e-5
 """RMS errors [rad] agree with two independent programs to this."""
@@ -136,42 +135,6 @@ def test_rivals_are_printed_with_what_they_show_and_written(reproduced):
     assert "The printed method is inert" in (out / "compare.html").read_text(encoding="utf-8")
 
 
-def rival(controller, scenario, error, peak=10.0, variation=100.0, **figures):
-    """A row of a rival with a steady error [mrad]."""
-    figures |= {"max_abs_tau": peak, "torque_variation": variation}
-    return Row(controller, scenario, steady_rms_e=1e-3 * error, **figures)
-
-
-def test_what_rivals_show_follows_from_their_figures():
-    rows = [
-        rival("computed_torque", "paper_rivals", 100),
-        rival("fuzzy_printed", "paper_rivals", 97),
-        rival("pd", "paper_rivals", 30, 60.0),
-        rival("pid", "paper_rivals", 2),
-        rival("computed_torque", "paper_sensors", 100),
-        rival("pid", "paper_sensors", 2, 12.0, 1500.0),
-        rival("slotine_li", "paper_sensors", 3, frozen_rms_e=0.004),
-        rival("fuzzy_claimed", "paper_sensors", 3, 70.0, frozen_rms_e=0.09),
-        Row("pd", "paper_sensors", status="refused", reason="too fast"),
-    ]
-    ideal, sensors, printed, starts, chatter, learnt, refused = _rivals.sentences(rows)
-    assert ideal.endswith("to 1/5 and less it does with pid (10.0 N·m).")
-    assert "slotine_li (10.0 N·m), pid (12.0 N·m); at peaks far above those, fuzzy" in sensors
-    assert "is inert: 97.0 mrad at 10.0 N·m. A PD without a model beats it: 30.0 mrad" in printed
-    assert "60.0 at the most. With hand-over the median is 11.0 N·m." in starts
-    assert chatter.endswith("by 10 times that and more with pid (1500).")
-    assert (
-        learnt
-        == "Of the 2 that adapt these still work when learning stops: slotine_li (4.00 mrad)."
-    )
-    assert refused.endswith(": pd in paper_sensors.")
-    rows[1] = rival("fuzzy_printed", "paper_rivals", 20)
-    _, _, printed, *_ = _rivals.sentences(rows)
-    assert "changes the error by -80 %" in printed
-    assert "does not beat it" in printed
-    assert _rivals.sentences([]) == []
-
-
 @pytest.mark.parametrize(
     ("rms", "words"),
     [
@@ -261,20 +224,6 @@ def test_ctrl_c_keeps_what_is_written_and_says_so(capsys, tmp_path, monkeypatch,
     kept = f"kept in {tmp_path}: figure1.png, figure2.png; results.json was not written"
     assert f"steadyarm: stopped; {kept}\n" in err
     assert {path.name for path in tmp_path.iterdir()} == {"figure1.png", "figure2.png"}
-
-
-def test_ctrl_c_among_the_rivals_keeps_the_pictures(capsys, tmp_path, monkeypatch):
-    monkeypatch.setattr(reproduction, "cases", lambda: iter([reproduction.Case(2)]))
-    figures = {"simulation 2": cli.FIGURES["simulation 2"]}
-    monkeypatch.setattr(cli, "FIGURES", figures)
-    row = Row("pid", "paper_rivals", status="interrupted", reason="it was stopped")
-    monkeypatch.setattr(_rivals, "rivals", lambda: sa.Comparison([row]))
-    code, _, err = run_command(capsys, "reproduce", "--out", tmp_path)
-    assert code == 130
-    assert (
-        f"kept in {tmp_path}: errors.png, figure2.png, results.json; compare.md was not written"
-        in err
-    )
 
 
 @posix
