@@ -70,6 +70,7 @@ bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
 	$(BIN)/python benches/results.py
 	$(BIN)/python benches/compare.py
+	$(BIN)/python benches/rivals.py
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked --bench dynamics

@@ -7,9 +7,10 @@
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
 (`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
-`Plant`, `Effects` of sensors and actuators, a reference
-(`Sines`, `Quintic`, `Table` or any callable), `simulate()`, and the Riccati equations
-(`bounded_real_riccati`, `care`). `plots` and `animation` are imported when they are first used.
+`Plant` that `Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a
+reference (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`,
+which runs every controller of a `Scenario`. `plots` and `animation` are imported when they are
+first used.
 """
 
 from importlib import import_module as _import_module

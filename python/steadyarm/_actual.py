@@ -30,20 +30,27 @@ def actual_plant(
     if limit is None and isinstance(nominal, _core.Serial):
         own = nominal.limits["effort"]
         limit = own if np.isfinite(own).any() else None
-    payload = given.pop("payload", None)
-    changes: list[tuple[float, _core.Arm]] = []
+    payload, friction = given.pop("payload", None), given.pop("changes", None) or []
+    times = {change["at"] for change in friction}
     if payload is not None:
-        loaded = _loaded(arm, payload)
-        start, end = payload.get("from"), payload.get("until")
-        bare = arm
-        if start is None:
-            arm = loaded
-        else:
-            changes.append((start, loaded))
-        if end is not None:
-            changes.append((end, bare))
-    made = _core.Plant(arm, disturbance, limit, changes or None)
+        times |= {at for at in (payload.get("from"), payload.get("until")) if at is not None}
+    changes = [(at, _at(arm, payload, friction, at)) for at in sorted(times)]
+    made = _core.Plant(_at(arm, payload, friction, 0.0), disturbance, limit, changes or None)
     return made, tuple(at for at, _ in changes)
+
+
+def _at(
+    arm: _core.Arm, payload: Mapping[str, Any] | None, friction: list[dict[str, Any]], t: float
+) -> _core.Arm:
+    """The arm at time ``t`` [s], with what it carries and how it rubs then."""
+    begun = [change for change in friction if change["at"] <= t]
+    if begun:
+        arm = _rubbing(arm, {name: begun[-1][name] for name in ("viscous", "coulomb")})
+    if payload is not None:
+        end = np.inf if payload.get("until") is None else payload["until"]
+        if (payload.get("from") or 0.0) <= t < end:
+            arm = _loaded(arm, payload)
+    return arm
 
 
 def _scaled(arm: _core.Arm, scale: Any) -> _core.Arm:

@@ -45,6 +45,7 @@ __all__ = [
     "Waypoints",
     "Wrench",
     "bounded_real_riccati",
+    "canonical_scenario",
     "care",
     "channels",
     "choices",
@@ -711,6 +712,9 @@ class Controller:
     @property
     def law(self) -> Any:
         """The law: a dict of its name and parameters, or the object that was given."""
+    @property
+    def delay(self) -> int:
+        """Samples between a torque and the period in which it acts."""
     def start_hand_over(self) -> None:
         """Hand over anew at the next sample, to another reference."""
     def step(
@@ -1067,7 +1071,8 @@ class Effects(Settings):
     """Sensors, timing and actuators of a real machine, seeded: all of them are off by default.
 
     For `simulate` with a ``control_period``. What was measured and sent is recorded:
-    ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.sample_age``. The same
+    ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.q_motor``,
+    ``run.tau_cogging``, ``run.sample_age``. The same
     seed gives the same bits.
 
     Parameters
@@ -1397,6 +1402,12 @@ def simulate(
 
 def paper_scenario(number: int, preset: str) -> str:
     """Return a simulation of the paper, "printed" or "claimed", as TOML."""
+
+def canonical_scenario(text: str) -> str:
+    """Return a scenario in TOML as TOML with every default written out: what it says, to the bit.
+
+    Raises ValueError as `read_scenario`.
+    """
 
 def read_scenario(text: str) -> dict[str, Any]:
     """Read a scenario in TOML: objects by section, None for a section that it does not have.

@@ -249,7 +249,6 @@ def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
         controller = scene.controller(law)
     except (ValueError, TypeError) as error:
         return Row(name, scene.name, seed, "refused", str(error))
-    controller = copy.deepcopy(controller)
     run = scene._run(controller, seed, None, {})
     frozen = transfer = None
     if freeze and run.status.finished and getattr(run.tracker, "learns", False):
@@ -325,7 +324,9 @@ def _nominal(sections: Mapping[str, Any]) -> _core.Arm:
     if robot is None:
         arm: _core.Arm = two_link
         return arm
-    return load_robot(robot["file"], robot.get("tip"))
+    chain = load_robot(robot["file"], robot.get("tip"))
+    armature = robot.get("armature")
+    return chain if armature is None else chain.with_armature(armature)
 
 
 def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:

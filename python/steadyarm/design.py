@@ -184,8 +184,8 @@ def design(
             raise ValueError("duration: got None, wants the length of a path of positions [s]")
         path = np.linspace(0.0, duration, len(path)), path
     if isinstance(path, tuple):
-        samples: tuple[Any, ...] = path
-        path = _core.Table(*samples)
+        columns: Any = path
+        path = _core.Table(*columns)
     if path is not None and duration is None:
         duration = _length(path)
     ratio = 1.0 if inertia_ratio is None else inertia_ratio

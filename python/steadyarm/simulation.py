@@ -110,7 +110,8 @@ def simulate(
     options = (duration, dt, method, *numerics, record, effects)
     given = dict(zip(_scene.OPTIONS, options, strict=True))
     run = Run._from_record(columns, plant, reference, given)
-    vars(run)["notes"] = _notes(run, plant, tracker, reference, duration, q0)
+    notes = _notes(run, plant, tracker, reference, duration, q0)
+    vars(run)["notes"] = (*notes, *_loop_notes(tracker, control_period, effects))
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")
@@ -149,3 +150,34 @@ def _notes(
     if run.guard is not None and run.guard.stopped is not None:
         notes.append(f"guard: it stopped ({run.guard.stopped}), and braked the arm from there on")
     return tuple(notes)
+
+
+def _loop_notes(
+    tracker: _core.Controller | _core.Guard,
+    control_period: float | None,
+    effects: _core.Effects | None,
+) -> list[str]:
+    """What of a controller does not suit the loop that it was in."""
+    if isinstance(tracker, _core.Guard):
+        tracker = tracker.tracker
+    notes, given = [], _scene.arguments(tracker)
+    if effects is not None:
+        made_of = _scene.arguments(effects)
+        if effects.delay != tracker.delay:
+            notes.append(
+                f"delay: the loop is late by {effects.delay} samples, and the controller believes "
+                f"{tracker.delay}; tell it: delay={effects.delay}"
+            )
+        if made_of["velocity"] == "difference" and given["velocity_filter"] is None:
+            cutoff = made_of["velocity_cutoff"]
+            notes.append(
+                f"velocity_filter: dq comes through a filter of {cutoff:g} Hz, and is compared "
+                "with a dq_d that does not, so its lag reads as an error; "
+                f"velocity_filter={cutoff:g} sends both through the same, and costs nothing"
+            )
+    if control_period is not None and isinstance(given.get("law"), dict):
+        try:
+            tracker.__replace__(control_period=control_period)
+        except ValueError as error:
+            notes.append(f"control_period: this law would be refused for it ({error})")
+    return notes

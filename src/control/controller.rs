@@ -48,7 +48,7 @@ impl<const N: usize> Command<N> {
     /// The torque `tau` that acted, beside the one that the law asked for.
     #[inline(always)]
     pub fn applied(&self, tau: &Vector<N>) -> Applied<N> {
-        Applied { asked: self.model + self.compensation, tau: *tau }
+        Applied::new(self.model + self.compensation, *tau)
     }
 }
 
@@ -234,7 +234,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         };
         let acting = self.front.acting(&state.front, &commanded);
         let tau = applied.copied().unwrap_or(acting.tau);
-        let acted = Applied { tau, ..acting };
+        let late = self.front.delay > 0;
+        let acted = Applied { tau, commanded: if late { commanded.tau } else { tau }, ..acting };
         if self.front.is_on() {
             state.front.ended(&commanded, dt);
         }
@@ -306,7 +307,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         let Demand { model, compensation, v } = self.law.torque(sample, &rho_hat);
         let asked = model + compensation;
         let tau = self.limits.clamp(&asked);
-        let limited = Applied { asked, tau }.limited();
+        let limited = Applied::new(asked, tau).limited();
         Command { tau, model, compensation, v, rho_hat, limited }
     }
 }

@@ -64,7 +64,7 @@ impl<const N: usize> FrontMemory<N> {
     /// Before the first sample.
     pub fn new() -> Self {
         let zeros = Vector::zeros();
-        let none = Applied { asked: zeros, tau: zeros };
+        let none = Applied::new(zeros, zeros);
         let view = View { age: -1.0, offset: [zeros; 2], error: [zeros; 2], bump: zeros };
         Self { view, period: 0.0, sent: [none; MAX_DELAY] }
     }
@@ -76,7 +76,7 @@ impl<const N: usize> FrontMemory<N> {
 
     /// What acts until the first torque arrives.
     pub fn wait(&mut self, tau: &Vector<N>) {
-        self.sent = [Applied { asked: *tau, tau: *tau }; MAX_DELAY];
+        self.sent = [Applied::new(*tau, *tau); MAX_DELAY];
     }
 
     /// Remembers what was commanded in a period of `dt` \[s\] that ends.
@@ -103,6 +103,7 @@ impl<const N: usize> FrontMemory<N> {
         for part in [offset, slope, error, rate, &mut view.bump].into_iter().chain(sent) {
             *part = rest.vector()?;
         }
+        memory.sent.iter_mut().for_each(|it| it.commanded = it.tau);
         let finite = memory.parts().all(|part| part.iter().all(|x| x.is_finite()));
         let timed = (0.0..=1.0).contains(&memory.period);
         let aged = memory.view.age == -1.0 || memory.view.age >= 0.0;

@@ -74,9 +74,18 @@ pub struct Applied<const N: usize> {
     /// What acted [N·m]: inside the controller's limits, and inside the actuators' limits if they
     /// are known.
     pub tau: Vector<N>,
+    /// What was commanded last, of which `tau` may be an older one in a loop with a
+    /// [delay](super::Front::delay) [N·m].
+    pub commanded: Vector<N>,
 }
 
 impl<const N: usize> Applied<N> {
+    /// A torque that was asked for, and what acts of it at once.
+    #[inline(always)]
+    pub fn new(asked: Vector<N>, tau: Vector<N>) -> Self {
+        Self { asked, tau, commanded: tau }
+    }
+
     /// Whether a limit cut the torque of any joint. The error then says nothing about the estimate,
     /// so what learns from it or integrates it holds.
     #[inline]

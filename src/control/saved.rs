@@ -145,7 +145,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         if let Some(Pending { sample, applied, dt }) = pending {
             let Sample { q, dq, desired, .. } = sample;
             put_all(&mut all, &[*dt]);
-            let Applied { asked, tau } = applied;
+            let Applied { asked, tau, .. } = applied;
             for vector in [asked, tau, q, dq, &desired.q, &desired.dq, &desired.ddq] {
                 put_all(&mut all, vector.as_slice());
             }
@@ -257,7 +257,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             return Err(Error::damaged("its last torque is not finite"));
         }
         let sample = self.sample(&q, &dq, &desired);
-        Ok(Pending { sample, applied: Applied { asked, tau }, dt })
+        Ok(Pending { sample, applied: Applied::new(asked, tau), dt })
     }
 
     /// Takes what was checked. What the last step recorded is worked out again.

@@ -21,7 +21,7 @@ pub(super) fn sliding_weights<const N: usize>(bandwidth: &[f64; N]) -> [[f64; N]
     [bandwidth.map(|p| 2.0 * p * p * p), bandwidth.map(|p| 2.0 * p)]
 }
 
-/// 24 poses spread over the joints' ranges, a turn where a joint has none.
+/// 24 poses spread over the joints' ranges; −π … π rad or m where a joint has none.
 pub(super) fn poses<const N: usize>(arm: &impl Arm<N>) -> impl Iterator<Item = Vector<N>> {
     let ranges: [_; N] = core::array::from_fn(|n| {
         let (_, limits) = arm.joint_stop(n);
@@ -105,7 +105,7 @@ pub(super) fn joint_scales<const N: usize>(
 /// [N·m·s/rad].
 ///
 /// # Errors
-/// `a`: not finite, as where M₀ is not positive definite.
+/// `mass_matrix`: not positive definite.
 pub(super) fn fastest_pole<const N: usize>(arm: &impl Arm<N>, damping: &[f64; N]) -> Result<f64> {
     let roots = damping.map(sqrt);
     let mut fastest: f64 = 0.0;
@@ -117,7 +117,8 @@ pub(super) fn fastest_pole<const N: usize>(arm: &impl Arm<N>, damping: &[f64; N]
             let root = Vector::from_fn(|i, _| if i == n { roots[n] } else { 0.0 });
             column.copy_from(&factor.solve(&root).component_mul(&roots.into()));
         }
-        fastest = symmetric_eigenvalues(&symmetric)?.iter().fold(fastest, |most, x| most.max(*x));
+        let poles = symmetric_eigenvalues(&symmetric).map_err(|e| e.named("mass_matrix"))?;
+        fastest = poles.iter().fold(fastest, |most, x| most.max(*x));
     }
     Ok(fastest)
 }

@@ -11,7 +11,7 @@ use crate::control::{
     Adaptation, Applied, Audit, Buffer, Compensator, FuzzyCompensator, FuzzyParameters, Gains,
     Inputs, KernelCompensator, KernelParameters, Sample, Saves, Stage,
 };
-use crate::error::Result;
+use crate::error::{Result, positive};
 use crate::fuzzy::{FuzzyBasis, KernelBasis};
 use crate::math::Vector;
 
@@ -44,7 +44,7 @@ impl<const N: usize, A: Arm<N>, T: Buffer> PassiveFuzzy<A, FuzzyCompensator<N, T
     /// are at −p/2 at the fastest.
     ///
     /// # Errors
-    /// As [`new`](Self::new). `bandwidth`, `mass_matrix`: not finite or not > 0.
+    /// `bandwidth`, `mass_matrix`: not finite or not > 0. What [`FuzzyCompensator::new`] names.
     ///
     /// [`Passive::with_bandwidth`]: super::Passive::with_bandwidth
     pub fn with_bandwidth(
@@ -53,6 +53,7 @@ impl<const N: usize, A: Arm<N>, T: Buffer> PassiveFuzzy<A, FuzzyCompensator<N, T
         bandwidth: [f64; N],
         inputs: Inputs,
     ) -> Result<Self> {
+        positive("bandwidth", &bandwidth)?;
         let (weights, largest) = (inertia_weights(&arm)?, basis.xi_bound());
         let share = |n: usize| bandwidth[n] / largest;
         let gain = core::array::from_fn(|n| 0.25 * weights[n] * share(n) * share(n));

@@ -16,7 +16,7 @@ use crate::math::Vector;
 /// let arm = TwoLink::new(TwoLinkParameters::default())?;
 /// // 20 N downwards for half a second.
 /// let push = Pulse { time: 1.0, duration: 0.5, torque: [0.0, -20.0, 0.0, 0.0, 0.0, 0.0] };
-/// let wrench = Wrench::new(arm.clone(), Pulses::new([push], Shape::Rectangle)?);
+/// let wrench = Wrench::new(arm, Pulses::new([push], Shape::Rectangle)?);
 /// let (q, still) = (Vector::<2>::new(0.0, 0.0), Vector::<2>::zeros());
 /// assert_eq!(wrench.torque(&q, &still, 1.2), Vector::<2>::new(20.0, 10.0));
 /// # Ok::<(), steadyarm::Error>(())

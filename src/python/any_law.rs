@@ -45,6 +45,33 @@ impl<const N: usize> AnyLaw<N> {
         if let Self::Own(_, own) = self { own.raised.lock().ok()?.take() } else { None }
     }
 
+    /// Resets a controller of one's own by its method of that name.
+    pub fn reset(&self) -> PyResult<()> {
+        let Self::Own(_, own) = self else { return Ok(()) };
+        if let Ok(mut raised) = own.raised.lock() {
+            raised.take();
+        }
+        Python::attach(|py| {
+            let controller = own.controller.bind(py);
+            if controller.hasattr("reset")? {
+                return controller.call_method0("reset").map(drop);
+            }
+            let message = "law: a controller of your own without a method reset() cannot be reset; \
+                           give it one, or make a new one";
+            Err(PyTypeError::new_err(message))
+        })
+    }
+
+    /// Refuses a controller of one's own, of which nobody knows here what it remembers.
+    pub fn saves(&self) -> PyResult<()> {
+        if let Self::Own(..) = self {
+            let message = "law: nobody but you knows what a controller of your own remembers; pickle \
+                           it, or save what is in it yourself";
+            return Err(PyTypeError::new_err(message));
+        }
+        Ok(())
+    }
+
     /// Shows the objects of Python in it to the garbage collector.
     pub fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
         if let Self::Own(_, own) = self { visit.call(&own.controller) } else { Ok(()) }

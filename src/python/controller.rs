@@ -14,10 +14,10 @@ use super::compensator::no_compensator;
 use super::convert::{Any, Array, Array1, Given, array1, joints, scalar, vector, wrong_type};
 use super::dispatch::{each, for_joints};
 use super::errors::value_error;
-use super::form::{self, Form, Objects, limits};
+use super::form::{self, Form, Objects};
 use super::saving;
-use super::tracked::{Fronted, Limited, Tracker, Trackers, other_law};
-use crate::control::{Front, Limits, Origin};
+use super::tracked::{Fronted, Limited, Tracker, Trackers, front, other_law, said};
+use crate::control::{Front, Origin};
 use crate::error::Problem;
 use crate::math::Vector;
 use crate::reference::Setpoint;
@@ -164,6 +164,12 @@ impl PyController {
         self.arguments.get(py, 1)
     }
 
+    /// Samples between a torque and the period in which it acts.
+    #[getter]
+    fn delay(&self) -> usize {
+        front(&self.trackers).delay
+    }
+
     /// Hand over anew at the next sample, to another reference.
     fn start_hand_over(&mut self) {
         each!(&mut self.trackers, Trackers, it => it.state.hand_over());
@@ -216,9 +222,11 @@ impl PyController {
     /// Forget everything: weights, prior, last torque, count of steps.
     ///
     /// The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-    /// is on the robot now [N·m], scalar or (n,); None: as it was built.
+    /// is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own is
+    /// reset by its method ``reset()``; TypeError if it has none.
     #[pyo3(signature = (last_tau=None))]
     fn reset(&mut self, last_tau: Given<'_, '_>) -> PyResult<()> {
+        each!(&self.trackers, Trackers, it => it.controller.law.reset())?;
         each!(&mut self.trackers, Trackers, it => {
             let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from));
             it.reset(last_tau.transpose()?).map_err(value_error)
@@ -316,6 +324,7 @@ impl PyController {
     /// The file is replaced as a whole; a pipe or device is written to. Raises OSError if that
     /// fails; what was there stays then. Other threads may use the controller meanwhile.
     fn save(slf: &Bound<'_, Self>, path: PathBuf) -> PyResult<()> {
+        each!(&slf.try_borrow()?.trackers, Trackers, it => it.controller.law.saves())?;
         // Not borrowed while the disk is waited for: other threads may step it.
         let saved = slf.try_borrow()?.__getstate__(slf.py());
         saving::write(&path, &saved)
@@ -330,6 +339,7 @@ impl PyController {
     /// not say whose it is, and is taken with a UserWarning.
     #[pyo3(signature = (path, other=false))]
     fn load(slf: &Bound<'_, Self>, path: PathBuf, other: bool) -> PyResult<()> {
+        each!(&slf.try_borrow()?.trackers, Trackers, it => it.controller.law.saves())?;
         let bytes = saving::read(slf.py(), &path)?;
         let mut twin = Self::twin(slf)?;
         let origin = twin.restore(bytes.as_bytes(), other).map_err(|error| {
@@ -376,17 +386,4 @@ impl PyController {
         let arguments = slf.try_borrow()?.arguments.clone_ref(slf.py());
         form::shown(slf, &arguments)
     }
-}
-
-/// Limits of effort and of its rate, and the torque at take-over, as arguments.
-pub(super) fn said(trackers: &Trackers) -> [Option<Vec<f64>>; 3] {
-    each!(trackers, Trackers, it => {
-        let Limits { effort_limit, effort_rate_limit } = &it.controller.limits;
-        let last_tau = it.last_tau.map(|tau| tau.as_slice().to_vec());
-        [limits(effort_limit), limits(effort_rate_limit), last_tau]
-    })
-}
-
-pub(super) fn front(trackers: &Trackers) -> Front {
-    each!(trackers, Trackers, it => it.controller.front)
 }

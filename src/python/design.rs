@@ -55,7 +55,7 @@ impl<'a, 'py> Along<'a, 'py> {
         let reference = Source::<N>::reference(path, "path")?;
         let arm = tracker.controller.law.arm();
         let course = match plant {
-            Some(plant) if quiet && matches!(plant.disturbance, Some(Source::Callback(_))) => {
+            Some(plant) if quiet && plant.disturbance.as_ref().is_some_and(Source::calls) => {
                 let still = crate::plant::Plant::new(plant.arm.clone(), None::<Source<N>>);
                 let still = still.with_effort_limit(*plant.effort_limit())?;
                 Course::new(arm, &still, &reference, duration)

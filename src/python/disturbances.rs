@@ -8,7 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::any_arm::AnyArm;
-use super::convert::{Any, Given, numbers, object, scalar, vector, whole, word, wrong_shape};
+use super::convert::{
+    Any, Given, numbers, object, scalar, vector, whole, word, wrong_shape, wrong_type,
+};
 use super::curves::PyCurve;
 use super::dispatch::for_joints;
 use super::errors::value_error;
@@ -68,6 +70,9 @@ impl PyDisturbance {
         }
         let wanted = "a curve, Pulses or Noise";
         let it = object::<Self>(value, name, wanted)?;
+        if matches!(*it.get().settings, PushSettings::Wrench(_)) {
+            return Err(wrong_type(name, value, wanted));
+        }
         Ok((*it.get().settings).clone())
     }
 }

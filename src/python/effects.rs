@@ -17,7 +17,8 @@ use crate::scenario::{EffectsSettings, SideName, VelocityName};
 /// Sensors, timing and actuators of a real machine, seeded: all of them are off by default.
 ///
 /// For `simulate` with a ``control_period``. What was measured and sent is recorded:
-/// ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.sample_age``. The same
+/// ``run.q_measured``, ``run.dq_measured``, ``run.tau_commanded``, ``run.q_motor``,
+/// ``run.tau_cogging``, ``run.sample_age``. The same
 /// seed gives the same bits.
 ///
 /// Parameters

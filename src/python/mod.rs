@@ -96,7 +96,7 @@ mod core_module {
     #[pymodule_export]
     use super::riccati::{PySolution, bounded_real_riccati, care};
     #[pymodule_export]
-    use super::scenario::{paper_scenario, read_scenario};
+    use super::scenario::{canonical_scenario, paper_scenario, read_scenario};
     #[pymodule_export]
     use super::serial::PySerial;
     #[pymodule_export]

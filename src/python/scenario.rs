@@ -29,6 +29,14 @@ pub(super) fn paper_scenario(number: usize, preset: &str) -> PyResult<String> {
     Ok(scenario.to_toml()?)
 }
 
+/// Return a scenario in TOML as TOML with every default written out: what it says, to the bit.
+///
+/// Raises ValueError as `read_scenario`.
+#[pyfunction]
+pub(super) fn canonical_scenario(text: &str) -> PyResult<String> {
+    Ok(Scenario::from_toml(text)?.to_toml()?)
+}
+
 /// Read a scenario in TOML: objects by section, None for a section that it does not have.
 ///
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,

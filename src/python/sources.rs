@@ -31,9 +31,8 @@ impl Callback {
     fn new(function: Any<'_, '_>, name: &str, call: &str) -> PyResult<Self> {
         if !function.is_callable() {
             let got = type_name(function);
-            let message = format!(
-                "{name}: got {got}, wants Sines, Quintic, Table, Waypoints or a callable {call}"
-            );
+            let message =
+                format!("{name}: got {got}, wants Sines, Quintic, Table, Waypoints{call}");
             return Err(PyTypeError::new_err(message));
         }
         Ok(Self { function: function.clone().unbind(), raised: Mutex::new(None) })
@@ -74,7 +73,7 @@ pub(super) enum Source<const N: usize> {
 impl<const N: usize> Source<N> {
     /// The argument of this name.
     pub fn reference(value: Any<'_, '_>, name: &str) -> PyResult<Self> {
-        Self::new(value, name, "t -> (q_d, dq_d, ddq_d)")
+        Self::new(value, name, " or a callable t -> (q_d, dq_d, ddq_d)")
     }
 
     /// What pushes this arm; `None` where nothing does.
@@ -95,7 +94,8 @@ impl<const N: usize> Source<N> {
             same_joints("disturbance", push.joints.unwrap_or(N), N)?;
             return push.push(arm).map(Self::Push);
         }
-        Self::new(value, "disturbance", "(q, dq, t) -> tau_d")
+        let others = ", Pulses, Noise, Wrench or a callable (q, dq, t) -> tau_d, or a list of them";
+        Self::new(value, "disturbance", others)
     }
 
     /// `name` and `call` are for the message to a user who gave something else.
@@ -106,6 +106,15 @@ impl<const N: usize> Source<N> {
         let motion = motion.get();
         same_joints(name, motion.joints.unwrap_or(N), N)?;
         motion.motion().map(Self::Curve)
+    }
+
+    /// Whether it is a callable, or has one in it.
+    pub fn calls(&self) -> bool {
+        match self {
+            Self::Callback(_) => true,
+            Self::Sum(list) => list.iter().any(Self::calls),
+            Self::Curve(_) | Self::Push(_) => false,
+        }
     }
 
     /// What the function raised, if it did; it is forgotten here.

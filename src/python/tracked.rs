@@ -11,9 +11,10 @@ use super::any_law::{AnyLaw, Own};
 use super::arm::PyArm;
 use super::compensator::{AnyCompensator, Memory, compensator_of};
 use super::convert::{Any, Given, count, joints, scalar};
-use super::dispatch::by_joints;
+use super::dispatch::{by_joints, each};
 use super::effects::settings;
 use super::errors::value_error;
+use super::form::limits;
 use crate::arm::Serial;
 use crate::control::{
     self, Command, ComputedTorque, Front, FuzzyCompensator, Gains, KernelCompensator, Limits,
@@ -256,4 +257,17 @@ impl<const N: usize> Tracker<N> {
             _ => value_error(error),
         })
     }
+}
+
+/// Limits of effort and of its rate, and the torque at take-over, as arguments.
+pub(super) fn said(trackers: &Trackers) -> [Option<Vec<f64>>; 3] {
+    each!(trackers, Trackers, it => {
+        let Limits { effort_limit, effort_rate_limit } = &it.controller.limits;
+        let last_tau = it.last_tau.map(|tau| tau.as_slice().to_vec());
+        [limits(effort_limit), limits(effort_rate_limit), last_tau]
+    })
+}
+
+pub(super) fn front(trackers: &Trackers) -> Front {
+    each!(trackers, Trackers, it => it.controller.front)
 }

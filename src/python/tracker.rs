@@ -5,11 +5,11 @@ use pyo3::types::PyDict;
 
 use super::arm::PyArm;
 use super::compensator::compensator_of;
-use super::controller::{PyController, front, said};
+use super::controller::PyController;
 use super::convert::{Any, Array, Given, matrix_of};
 use super::dispatch::{each, for_joints};
 use super::form::Objects;
-use super::tracked::{Arguments, Fronted, Limited, Trackers, tracker};
+use super::tracked::{Arguments, Fronted, Limited, Trackers, front, said, tracker};
 use crate::control::{Front, Gains};
 
 /// The arguments of the class.

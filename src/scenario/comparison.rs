@@ -15,6 +15,10 @@ pub struct RobotSettings {
     /// The frame at the end of its chain; absent: as the file says.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tip: Option<String>,
+    /// Inertia of each rotor on the link's side of its gear \[kg·m²\], known to the controllers;
+    /// absent: as the file says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub armature: Option<PerJoint>,
 }
 
 /// What is different on the arm that is really there.
@@ -42,6 +46,27 @@ pub struct ActualSettings {
     /// Largest torque of each actuator \[N·m\]; absent: none, or the robot's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effort_limit: Option<PerJoint>,
+    /// Friction that changes, in the order of time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<ChangeSettings>,
+}
+
+/// Friction from some time on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChangeSettings {
+    /// \[s\].
+    pub at: f64,
+    /// Viscous friction of each joint from then on \[N·m·s/rad\].
+    #[serde(default = "none")]
+    pub viscous: PerJoint,
+    /// Coulomb friction of each joint from then on \[N·m\].
+    #[serde(default = "none")]
+    pub coulomb: PerJoint,
+}
+
+fn none() -> PerJoint {
+    0.0.into()
 }
 
 /// A payload at the tip.
@@ -74,6 +99,14 @@ impl ActualSettings {
         for (name, values) in [("viscous", &self.viscous), ("coulomb", &self.coulomb)] {
             let values = values.as_ref().map_or(&[][..], PerJoint::as_slice);
             within(name, values, not_negative, "a number >= 0")?;
+        }
+        let mut last = 0.0;
+        for ChangeSettings { at, viscous, coulomb } in &self.changes {
+            let wanted = "a time after that of the change before, and after 0";
+            within("changes.at", &[*at], |at| at > last, wanted)?;
+            within("changes.viscous", viscous.as_slice(), not_negative, "a number >= 0")?;
+            within("changes.coulomb", coulomb.as_slice(), not_negative, "a number >= 0")?;
+            last = *at;
         }
         let share = self.friction_share.unwrap_or(0.0);
         within("friction_share", &[share], |x| (0.0..=1.0).contains(&x), "a share, 0 to 1")?;

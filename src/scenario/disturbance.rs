@@ -119,7 +119,7 @@ impl PushSettings {
             (_, Some(curve)) => curve.build().map(Signal::Curve),
             (Self::Pulses(pulses), _) => pulses.build().map(Signal::Pulses),
             (Self::Noise(noise), _) => noise.build().map(Signal::Noise),
-            _ => Err(Error::out_of_range("curve", f64::NAN, "no wrench in a wrench")),
+            _ => Err(Error::out_of_range("curve", 1.0, "no wrench within a wrench")),
         }
     }
 

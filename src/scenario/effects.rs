@@ -238,7 +238,10 @@ impl EffectsSettings {
                 ..self.clone()
             };
             let checked = of_one.build::<1>();
-            checked.map_err(|error| error.at(error.index().and(joints.map(|_| n))))?;
+            checked.map_err(|error| {
+                let of_joint = known.iter().any(|(name, _)| *name == error.parameter());
+                error.at(joints.filter(|_| of_joint).map(|_| n))
+            })?;
         }
         Ok(())
     }

@@ -19,7 +19,9 @@ mod numbers;
 mod paper;
 mod run;
 
-pub use comparison::{ActualSettings, MetricsSettings, PayloadSettings, RobotSettings};
+pub use comparison::{
+    ActualSettings, ChangeSettings, MetricsSettings, PayloadSettings, RobotSettings,
+};
 pub use controller::{ControllerSettings, TwoLinkSettings};
 pub use curve::{
     Curve, CurveSettings, QuinticSettings, SinesSettings, TableSettings, WaypointsSettings,

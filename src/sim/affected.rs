@@ -50,6 +50,18 @@ pub(super) const CHANNELS: &[Channel] = &[
         doc: "Torque that the controller sent last, before delay and drives",
     },
     Channel {
+        name: "q_motor",
+        unit: "rad",
+        width: Width::Joints,
+        doc: "Position of the motors on the link's side of their gears; that of the links without",
+    },
+    Channel {
+        name: "tau_cogging",
+        unit: "N·m",
+        width: Width::Joints,
+        doc: "Cogging torque, which opposes the applied one",
+    },
+    Channel {
         name: "sample_age",
         unit: "s",
         width: Width::One,
@@ -109,10 +121,13 @@ impl<const N: usize> Line<N> {
     }
 
     /// A row of the signals.
-    fn signals(&self, t: f64, row: &mut [f64]) {
+    fn signals(&self, effects: &Effects<N>, motion: &Motion<N>, t: f64, row: &mut [f64]) {
         let [q, dq] = &self.measured;
         let sent = self.command.as_ref().map_or(&self.sent[0], |command| &command.tau);
-        let numbers = q.iter().chain(dq).chain(sent).copied().chain([t - self.seen_at]);
+        let motors = self.motors.as_ref().map_or(&motion.q, |motors| &motors.theta);
+        let cogging = effects.actuators.cogging_torque(&motion.q);
+        let of_joints = [q, dq, sent, motors, &cogging];
+        let numbers = of_joints.into_iter().flatten().copied().chain([t - self.seen_at]);
         row.iter_mut().zip(numbers).for_each(|(cell, number)| *cell = number);
     }
 }
@@ -180,9 +195,9 @@ where
                 break;
             }
             record.take(k, &at, |row| {
-                let (compensator, effects) = row.split_at_mut(own);
+                let (compensator, own_row) = row.split_at_mut(own);
                 self.signals(state, compensator);
-                line.signals(t, effects);
+                line.signals(effects, &motion, t, own_row);
             });
             if k < record.steps && monitor(t).is_break() {
                 record.interrupted(t);

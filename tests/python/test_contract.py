@@ -81,6 +81,10 @@ def test_every_public_name_exists_and_is_documented() -> None:
         sa.Sines,
         sa.Quintic,
         sa.Table,
+        sa.Waypoints,
+        sa.Pulses,
+        sa.Noise,
+        sa.Wrench,
         sa.RiccatiSolution,
     ],
 )

@@ -210,3 +210,23 @@ def test_chains_that_no_bodies_are_can_be_used_all_the_same():
 def test_random_chains_agree_with_pinocchio(block):
     for seed in itertools.islice(itertools.count(100 * block), 100):
         compare(*random_chain(seed), seed, states=1)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_wrench_at_the_tip_accelerates_as_pinocchio_says(seed):
+    """From rest, over a step so short that the velocity is q̈ times it to 1e-5."""
+    urdf, tip = random_chain(seed)
+    arm = sa.Serial.from_urdf(urdf, tip=tip, gravity=GRAVITY).without_friction()
+    model = pin.buildModelFromXML(urdf)
+    model.gravity.linear = np.array(GRAVITY)
+    data, frame = model.createData(), model.getFrameId(tip)
+    random = np.random.default_rng(seed)
+    q, tau, wrench = random.uniform(-2, 2, arm.joints), *np.split(random.normal(size=18), [12])
+    tau, zero, h = tau[: arm.joints], np.zeros(arm.joints), 1e-7
+    axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    jacobian = np.reshape(pin.computeFrameJacobian(model, data, q, frame, axes), (6, -1))
+    wanted = pin.aba(model, data, q, zero, tau + jacobian.T @ wrench)
+    push = sa.Wrench(wrench[:3], wrench[3:])
+    _, dq = sa.Plant(arm, push).step(q, zero, tau, 0.0, h)
+    scale = np.abs(wanted).max() * min(np.linalg.cond(arm.mass_matrix(q)), 1e6)
+    assert np.abs(dq / h - wanted).max() <= 1e-9 * scale + 1e-5 * np.abs(wanted).max()

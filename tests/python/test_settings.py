@@ -36,6 +36,23 @@ def table(**change: Any) -> sa.Table:
     return sa.Table(**({"t": (0, 1, 2), "q": ((0, 0), (1, 2), (0, 1))} | change))
 
 
+def waypoints(**change: Any) -> sa.Waypoints:
+    given = {"poses": ((0, 0), (1, 2), (0, 1)), "velocity": 1, "acceleration": 2, "jerk": 3}
+    return sa.Waypoints(**(given | change))
+
+
+def pulses(**change: Any) -> sa.Pulses:
+    return sa.Pulses(**({"time": (0, 1), "torque": ((0, 1), (2, 0)), "duration": 0.5} | change))
+
+
+def noise(**change: Any) -> sa.Noise:
+    return sa.Noise(**({"deviation": (0, 1), "cutoff": 2} | change))
+
+
+def wrench(**change: Any) -> sa.Wrench:
+    return sa.Wrench(**({"force": (0, 1, 2), "moment": (3, 4, 5)} | change))
+
+
 def two_link(**change: Any) -> sa.TwoLink:
     return sa.TwoLink(**({"mass": (4, 3), "length": 0.5, "inertia": (0.2, 0.3)} | change))
 
@@ -85,6 +102,24 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (table, {"t": (0, 1, 3)}),
     (table, {"q": ((0, 0), (1, 2), (0, 2))}),
     (table, {"dq": np.zeros((3, 2)), "ddq": np.zeros((3, 2))}),
+    (sines, {"start_time": 0.0}),
+    (table, {"start_time": 0.0}),
+    (waypoints, {"poses": ((0, 0), (1, 2), (0, 2))}),
+    (waypoints, {"velocity": 2}),
+    (waypoints, {"acceleration": (2, 3)}),
+    (waypoints, {"jerk": 4}),
+    (waypoints, {"pause": 0.5}),
+    (waypoints, {"start_time": 1}),
+    (pulses, {"time": (0, 2)}),
+    (pulses, {"torque": ((0, 1), (3, 0))}),
+    (pulses, {"duration": np.inf}),
+    (pulses, {"shape": "half_sine"}),
+    (noise, {"deviation": (0, 2)}),
+    (noise, {"cutoff": 3}),
+    (noise, {"seed": 1}),
+    (wrench, {"force": (0, 1, 3)}),
+    (wrench, {"moment": None}),
+    (wrench, {"force": None, "moment": None, "curve": noise(deviation=1)}),
     (two_link, {"mass": (4, 5)}),
     (two_link, {"length": (0.5, 0.6)}),
     (two_link, {"inertia": 0.2}),
@@ -97,6 +132,7 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (plant, {"disturbance": None}),
     (plant, {"disturbance": sines(offset=0.5)}),
     (plant, {"disturbance": quintic()}),
+    (plant, {"disturbance": [sines(), noise()]}),
     (plant, {"disturbance": np.hypot}),
     (plant, {"effort_limit": (30, np.inf)}),
     (plant, {"effort_limit": None}),
@@ -111,7 +147,8 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (excess, {"message": "far too much"}),
 ]
 NAMES = [f"{make.__name__}-{'-'.join(change)}" for make, change in CHANGES]
-MAKERS = [basis, compensator, sines, quintic, table, two_link, plant, excess]
+CURVES = [sines, quintic, table, waypoints]
+MAKERS = [basis, compensator, *CURVES, pulses, noise, wrench, two_link, plant, excess]
 
 
 @pytest.mark.parametrize("make", MAKERS)

@@ -5,9 +5,13 @@ use crate::common::{self, Adaptive, adaptive, everything, fresh, hash, learnt, m
 use steadyarm::arm::{
     Arm, Inertia, JointFriction, JointKind, Link, Pose, Serial, SerialParameters,
 };
-use steadyarm::control::{Inputs, Limits};
+use steadyarm::control::{ComputedTorque, Controller, DynamicState, Front, Inputs, Limits, State};
+use steadyarm::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
 use steadyarm::fuzzy::Form;
+use steadyarm::laws::MomentumObserver;
 use steadyarm::math::Vector;
+use steadyarm::paper;
+use steadyarm::plant::{Elastic, Plant};
 use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 
 /// FNV-1a of q, dq, W, V and tau at the end. They change with every change of the arithmetic, and
@@ -16,6 +20,7 @@ const CONTINUOUS: u64 = 0x1802_cf8f_085f_b7af;
 const SAMPLED: u64 = 0xb7b3_12b5_986e_5759;
 const ERROR_CONTROLLED: u64 = 0x8e5b_6893_7854_f167;
 const SERIAL: u64 = 0x57fd_cf5b_1b13_ebdf;
+const AFFECTED: u64 = 0x5ecc_7357_8f38_4815;
 
 fn final_hash(controller: &Adaptive, options: &Options<2>) -> u64 {
     let mut state = fresh(controller);
@@ -94,6 +99,51 @@ fn dynamics_of_a_serial_arm_have_their_golden_bits() {
         hash(values.chain(torque.iter().copied()).chain(arm.coriolis(&q, &dq).iter().copied()));
     assert!(q.iter().chain(&dq).all(|x| x.is_finite()));
     assert_golden("SERIAL", found, SERIAL);
+}
+
+/// Every effect at once, random ones included, around a rival with all that can stand before it.
+#[test]
+fn run_through_every_effect_ends_in_its_golden_bits() {
+    let effects = Effects {
+        sensors: Sensors {
+            encoder: [1e-4; 2],
+            noise: [1e-4, 2e-4],
+            velocity: Velocity::Kalman(20.0),
+        },
+        timing: Timing { delay: 1, jitter: 0.3, drop: 0.02 },
+        actuators: Actuators {
+            effort_rate_limit: [2e4; 2],
+            gain: [0.95, 1.05],
+            lag: [1e-3, 2e-3],
+            cogging: [0.1; 2],
+            ..Actuators::default()
+        },
+        transmission: Some(Transmission {
+            gears: Elastic::new([5e3; 2], [0.05; 2])
+                .and_then(|gears| gears.with_damping([3.0; 2]))
+                .and_then(|gears| gears.with_backlash([1e-4; 2]))
+                .unwrap(),
+            encoders: Side::Motor,
+        }),
+        seed: 3,
+    };
+    let front =
+        Front { hand_over: Some(2.0), velocity_filter: Some(60.0), bumpless: Some(4.0), delay: 1 };
+    let (nominal, actual) = (paper::nominal().unwrap(), paper::actual().unwrap());
+    let observer = MomentumObserver::new(nominal, 20.0).unwrap();
+    let law = ComputedTorque::new(nominal, paper::gains().unwrap());
+    let controller = Controller::new(law, observer).with_front(front).unwrap();
+    let plant = Plant::new(nominal, paper::disturbance().unwrap());
+    let plant = plant.with_effort_limit([11.0; 2]).unwrap().with_change(2.0, actual).unwrap();
+    let options =
+        Options { duration: 5.0, control_period: Some(1e-3), effects, ..Options::default() };
+    let (reference, mut state) = (paper::reference().unwrap(), State::new(DynamicState::new()));
+    let run = simulate(&plant, &controller, &mut state, &reference, &options, on).unwrap();
+    assert_eq!(run.status, Status::Finished);
+    let last = run.t.len() - 1;
+    let own = run.own.iter().flat_map(|column| column.values.last().copied());
+    let motion = run.q[last].into_iter().chain(run.dq[last]).chain(run.tau[last]);
+    assert_golden("AFFECTED", hash(motion.chain(own)), AFFECTED);
 }
 
 #[test]

@@ -18,6 +18,8 @@ fn print(line: &str) {
     PRINTED.with_borrow_mut(|printed| *printed += &format!("{line}\n"));
 }
 
+#[path = "../../examples/own_law.rs"]
+mod compare;
 #[path = "../../examples/02_compensate.rs"]
 mod compensate;
 #[path = "../../examples/05_payload.rs"]
@@ -60,6 +62,11 @@ fn an_arm_comes_from_a_urdf() {
 #[test]
 fn a_panda_carries_a_payload() {
     prints(payload::main, include_str!("../../examples/05_payload.txt"));
+}
+
+#[test]
+fn a_law_of_ones_own_stands_in_the_table() {
+    prints(compare::main, include_str!("../../examples/own_law.txt"));
 }
 
 #[test]

@@ -189,11 +189,11 @@ fn a_wrench_does_the_work_of_its_force_and_moment() {
     let (q, dq) = (Vector::<2>::new(0.4, -1.1), Vector::<2>::new(0.7, 0.3));
     let wrench = [3.0, -20.0, 5.0, 0.1, 0.2, -0.7];
     let step = [Pulse { time: 0.0, duration: f64::INFINITY, torque: wrench }];
-    let push = Wrench::new(arm.clone(), Pulses::new(step, Shape::Rectangle).unwrap());
+    let push = Wrench::new(arm, Pulses::new(step, Shape::Rectangle).unwrap());
     let tau_d = push.torque(&q, &dq, 1.0);
     let twist = differences(|q| arm.pose(q), &q) * dq;
     assert!((-tau_d.dot(&dq) - twist.dot(&Vector::from(wrench))).abs() < 1e-7);
     let still = Vector::zeros();
-    let ddq = Plant::new(arm.clone(), push).acceleration(&q, &still, &still, 1.0);
+    let ddq = Plant::new(arm, push).acceleration(&q, &still, &still, 1.0);
     assert!((arm.mass_matrix(&q) * ddq + tau_d).amax() < 1e-12);
 }

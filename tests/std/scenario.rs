@@ -212,7 +212,7 @@ const REFUSED: [(&str, &str); 22] = [
     ),
     ("[two_link]\nmass = [1, 1, 1]\nlength = 1\ninertia = 1", "two_link.mass: got 3 entries"),
     ("[compensator]\ngian = 1", "compensator.gian: unknown field `gian`, expected one of `basis`"),
-    ("gain = 1", "gain: unknown field `gain`, expected one of `two_link`"),
+    ("gain = 1", "gain: unknown field `gain`, expected one of `title`"),
     (
         "[reference.circle]\nradius = 1",
         "line 1: reference: unknown variant `circle`, expected one of",

@@ -1,13 +1,14 @@
 //! Laws and effects by their settings: in TOML and back, built, and refused by the path of a key.
 
 use steadyarm::arm::{Serial, TwoLink};
-use steadyarm::control::{Controller, State};
+use steadyarm::control::{Controller, Front, State};
 use steadyarm::math::Vector;
 use steadyarm::paper;
 use steadyarm::reference::{Reference, Setpoint};
 use steadyarm::scenario::{Adapts, BuiltLaw, EffectsSettings, LawSettings, Scenario};
 
 use crate::chains;
+use crate::counting::calls_during;
 use crate::random::Random;
 
 /// One of every law, with a bandwidth.
@@ -142,6 +143,30 @@ fn every_law_is_built_of_its_settings_saved_and_reset_to_the_bit() {
     assert_eq!(built(&chain), 16);
 }
 
+/// Behind pointers too, and with all that stands before the law.
+#[test]
+fn a_step_of_no_law_allocates() {
+    let front =
+        Front { hand_over: Some(2.0), velocity_filter: Some(60.0), bumpless: Some(4.0), delay: 2 };
+    let mut random = Random(3);
+    let arm: Serial<2> = chains::chain(&mut random);
+    for law in all() {
+        let built = law.build(&arm, Some(1e-3), 2).unwrap();
+        let Some(compensator) = built.compensator else { continue };
+        let controller = Controller::new(built.law, compensator).with_front(front).unwrap();
+        let mut state = State::new(controller.compensator.state());
+        let calls = calls_during(|| {
+            for k in 0..2000 {
+                let t = f64::from(k) * 1e-3;
+                let desired = Setpoint::at_rest(Vector::from([t.sin(), 0.3]));
+                let q = Vector::from([t.sin() + 0.01, 0.3 - 0.01 * t]);
+                controller.step(&mut state, &q, &Vector::zeros(), &desired, 1e-3).unwrap();
+            }
+        });
+        assert_eq!(calls, 0, "{}", law.name());
+    }
+}
+
 fn refused(settings: &str) -> String {
     let text = format!("[controllers.it]\n{settings}");
     match Scenario::from_toml(&text) {
@@ -164,8 +189,8 @@ fn what_is_wrong_with_a_law_is_said_by_the_name_of_its_parameter() {
         ("law = \"pid\"\nkp = 8.0\nkv = 5.5\nki = 50.0", "ki[0]: got 50, wants less than"),
         ("law = \"slotine_li\"\nslope = 0.0\ndamping = 1.0\ngain = 1.0", "slope[0]: got 0"),
         ("law = \"super_twisting\"\nbandwidth = 10.0", "uncertainty: is missing"),
-        ("law = \"momentum_observer\"\nbandwidth = 600.0", "kv[0]: got 1200, wants a lower"),
-        ("law = \"pd\"\nbandwidth = 1.0", "controllers.it: unknown variant `pd`"),
+        ("law = \"momentum_observer\"\nbandwidth = 600.0", "kv[0]: got 1200, wants a rate"),
+        ("law = \"pd\"\nbandwidth = 1.0", "controllers.it.law: unknown variant `pd`"),
         ("law = \"pid\"\nbandwith = 1.0", "unknown field `bandwith`"),
         ("bandwidth = 1.0", "controllers.it: missing field `law`"),
     ] {

@@ -128,7 +128,7 @@ fn bodies_stay_possible_after_a_million_steps() {
     let natural = NaturalParameters::<3, 30>::new(nominal, LAMBDA, 0.02).unwrap();
     let mut random = Random(7);
     let mut vector = |size: f64| chains::vector::<3>(&mut random, size);
-    let applied = Applied { asked: Vector::zeros(), tau: Vector::zeros() };
+    let applied = Applied::new(Vector::zeros(), Vector::zeros());
     let samples: Vec<_> = (0..1000)
         .map(|_| {
             let desired = Setpoint { q: vector(1.0), dq: vector(2.0), ddq: vector(5.0) };

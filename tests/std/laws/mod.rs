@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod bandwidth;
+mod conditions;
 mod modern_robotics;
 mod networks;
 mod windup;

@@ -138,7 +138,7 @@ impl Dynamic<2, 2> for Winding {
     }
 
     fn rate(&self, z: &Vector<2>, seen: &Sample<2>, applied: &Applied<2>) -> Vector<2> {
-        self.0.rate(z, seen, &Applied { asked: applied.tau, tau: applied.tau })
+        self.0.rate(z, seen, &Applied::new(applied.tau, applied.tau))
     }
 }
 

@@ -1,7 +1,6 @@
 """A controller of one's own beside those of the package, in one table."""
 
 import numpy as np
-
 import steadyarm as sa
 
 

@@ -74,7 +74,7 @@ where
     Ok(())
 }
 
-fn main() -> steadyarm::Result<()> {
+pub fn main() -> steadyarm::Result<()> {
     let arm: TwoLink = paper::nominal()?;
     let gains = paper::gains()?;
     println!("controller              RMS rad    N·m/s      N·m");
