@@ -222,7 +222,8 @@ impl PyController {
     /// Forget everything: weights, prior, last torque, count of steps.
     ///
     /// The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-    /// is on the robot now [N·m], scalar or (n,); None: as it was built.
+    /// is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own
+    /// is reset by its method ``reset()``; TypeError if it has none.
     #[pyo3(signature = (last_tau=None))]
     fn reset(&mut self, last_tau: Given<'_, '_>) -> PyResult<()> {
         each!(&self.trackers, Trackers, it => it.controller.law.reset())?;
@@ -292,7 +293,8 @@ impl PyController {
         self.set_frozen(false)
     }
 
-    /// Whether what it learns stays right when learning stops; an observer learns nothing.
+    /// Whether it learns something that stays right when learning stops; an observer does
+    /// not.
     #[getter]
     fn learns(&self) -> bool {
         each!(&self.trackers, Trackers, it => it.controller.compensator.learns())

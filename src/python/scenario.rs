@@ -42,10 +42,12 @@ pub(super) fn canonical_scenario(text: &str) -> PyResult<String> {
 /// ``two_link`` (the arm that the controller believes in) and ``plant`` give a `TwoLink`,
 /// ``compensator`` with its ``compensator.basis`` a `FuzzyCompensator`; ``reference.sines``,
 /// ``reference.quintic``, ``reference.table`` or ``reference.waypoints`` that class under
-/// "reference"; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`, one or a list of them;
-/// ``controller`` a dict of ``kp``, ``kv``, ``effort_limit``, ``effort_rate_limit``, and ``run``
-/// one of arguments of `simulate`. Keys are the arguments of the classes. Raises ValueError
-/// naming the path of what is unknown, of the wrong type or out of range:
+/// "reference", and ``transfer`` likewise; ``disturbance`` these and `Pulses`, `Noise`, `Wrench`,
+/// one or a list of them; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``,
+/// ``effort_limit``, ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``,
+/// ``robot``, ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the
+/// file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError naming the path
+/// of what is unknown, of the wrong type or out of range:
 /// ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
