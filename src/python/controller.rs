@@ -83,7 +83,7 @@ impl PyController {
         if each!(&this.trackers, Trackers, it => matches!(it.controller.law, AnyLaw::Own(..))) {
             let own = this.arguments.get(py, 1)?;
             let changes = PyDict::new(py);
-            changes.set_item("law", py.import("copy")?.call_method1("deepcopy", (own,))?)?;
+            changes.set_item("law", form::deep_copy(&own)?)?;
             let other = form::replaced(tracker, &this.arguments, Some(&changes))?;
             let other = other.cast::<Self>()?.borrow();
             twin.arguments = other.arguments.clone_ref(py);
@@ -143,6 +143,8 @@ impl PyController {
         let trackers = for_joints!(joints, other_law(arm, law, &limited, &fronted, period))?;
         let [effort, effort_rate, last_tau] = said(&trackers);
         let Front { hand_over, velocity_filter, bumpless, delay } = front(&trackers);
+        // What the caller does to his dict later changes no controller.
+        let law = if law.is_instance_of::<PyDict>() { form::deep_copy(law)? } else { law.clone() };
         let values = (
             arm,
             law,
@@ -161,7 +163,16 @@ impl PyController {
     /// The law: a dict of its name and parameters, or the object that was given.
     #[getter]
     fn law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.get(py, 1)
+        each!(&self.trackers, Trackers, it => match &it.controller.law {
+            AnyLaw::Computed(law) => {
+                let dict = PyDict::new(py);
+                dict.set_item("law", "computed_torque")?;
+                dict.set_item("kp", law.gains.kp.to_vec())?;
+                dict.set_item("kv", law.gains.kv.to_vec())?;
+                Ok(dict.into_any())
+            }
+            _ => self.arguments.get(py, 1),
+        })
     }
 
     /// Samples between a torque and the period in which it acts.
@@ -214,8 +225,8 @@ impl PyController {
             let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
             let elapsed = elapsed.map(|it| scalar(it, "elapsed")).transpose()?;
             let tau = it.step(applied.as_ref(), &q, &dq, &desired, dt, elapsed);
-            let tau = tau.map_err(|error| it.controller.law.raised().unwrap_or_else(|| value_error(error)));
-            Ok(array1(py, tau?.as_slice()))
+            let raised = |error| it.controller.law.raised().unwrap_or_else(|| value_error(error));
+            Ok(array1(py, tau.map_err(raised)?.as_slice()))
         })
     }
 
@@ -367,7 +378,6 @@ impl PyController {
         Ok((slf.get_type().into_any(), arguments, state))
     }
 
-    // As for a plant: no `__clear__`.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         each!(&self.trackers, Trackers, it => it.controller.law.traverse(&visit))?;
         self.arguments.traverse(&visit)
