@@ -17,7 +17,9 @@ use steadyarm::laws::{
 };
 use steadyarm::paper;
 use steadyarm::plant::{Disturbance, Plant, Undisturbed};
-use steadyarm::reference::{Harmonic, Reference, Sines};
+use steadyarm::reference::Reference;
+#[cfg(feature = "urdf")]
+use steadyarm::reference::{Harmonic, Sines};
 use steadyarm::sim::{Options, Run, Status, simulate};
 
 use crate::counting::calls_during;
@@ -158,6 +160,7 @@ impl<const N: usize, A: Arm<N> + Copy + Send + Sync, P: Arm<N>, D: Disturbance<N
     }
 }
 
+#[cfg(feature = "urdf")]
 fn natural<const N: usize, const K: usize, R: Reference<N>>(
     scene: &Scene<N, Serial<N>, Serial<N>, Undisturbed, R>,
 ) where
