@@ -1,4 +1,4 @@
-# make reproduce   the paper's three simulations: pictures and an honest table, in reproduce/
+# make reproduce   the paper's three simulations and every rival: pictures, honest tables, a page, in reproduce/
 # make test        everything that must hold
 # make robot       the Panda in MuJoCo with an unknown payload: table and picture, in robot/
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv

@@ -30,7 +30,7 @@ def add_run(commands: Commands) -> None:
         f"{_listed()}",
         _run,
     )
-    _add_source(parser)
+    add_source(parser)
     add = parser.add_argument
     add("--controller", metavar="NAME", help="which one (default: the first by name)")
     add("--seed", metavar="N", type=int, help="seed of noise, jitter, lost samples")
@@ -51,7 +51,7 @@ def add_compare(commands: Commands) -> None:
         "with sensors, friction and --payload that no controller knows of.",
         _compare,
     )
-    _add_source(parser)
+    add_source(parser)
     add = parser.add_argument
     add("--only", metavar="NAME,…", type=names, help="these controllers alone")
     add("--seeds", metavar="N", type=int, default=1, help="number of seeds (default: 1)")
@@ -62,9 +62,11 @@ def add_compare(commands: Commands) -> None:
     add("--html", metavar="FILE", type=Path, help="write one page: table, curves, Pareto plot")
 
 
-def _add_source(parser: argparse.ArgumentParser) -> None:
+def add_source(parser: argparse.ArgumentParser, **count: Any) -> None:
+    """Add the scenario and what makes one of a robot; ``count``: how often, as argparse has it."""
     add = parser.add_argument
-    add("scenario", metavar="SCENARIO", help="a TOML file, a name from the list, or a robot")
+    words = "a TOML file, a name that comes with the package, or a robot"
+    add("source", metavar="SCENARIO", help=words, **count)
     add("--payload", metavar="KG", type=number, default=2.0, help="of a robot (default: 2)")
     add(
         "--bandwidth",
@@ -82,7 +84,7 @@ def _listed() -> str:
 
 def scene_of(arguments: argparse.Namespace) -> Scenario:
     """The scenario that was asked for; one is made for a robot."""
-    source = arguments.scenario
+    source = arguments.source
     try:
         shipped = source not in scenario_names() and Path(source).suffix == ""
         if Path(source).suffix.lower() in ROBOTS or (shipped and not Path(source).exists()):

@@ -101,7 +101,8 @@ def text(comparison: Comparison, sort: str | None) -> str:
     if dropped:
         named = ", ".join(figure.head for figure in dropped)
         out += ["", f"Not shown: {named}; they are in the files."]
-    out += [part for note in comparison.notes for part in ("", plain(note))]
+    for note in comparison.notes:
+        out += ["", *_wrapped(plain(note), "")]
     return "\n".join(line.rstrip() for line in out)
 
 
@@ -140,7 +141,7 @@ def _cells(name: str, cells: Sequence[str], widths: Sequence[int]) -> str:
     return "  ".join([name, *padded])
 
 
-def _wrapped(words: str) -> list[str]:
+def _wrapped(words: str, indent: str = "    ") -> list[str]:
     """Lines of at most `WIDTH` columns, set in by four."""
     lines: list[str] = []
     for word in words.split(" ") if words else ():
@@ -149,8 +150,8 @@ def _wrapped(words: str) -> list[str]:
             if lines and _width(last) + 1 + _width(word) <= WIDTH:
                 lines[-1] = f"{last} {word}"
                 break
-            part = _clipped(word, WIDTH - 4)
-            lines.append(f"    {part}")
+            part = _clipped(word, WIDTH - len(indent))
+            lines.append(f"{indent}{part}")
             word = word[len(part) :]
     return lines
 

@@ -85,8 +85,9 @@ def _points(lines: Sequence[Line], places: Sequence[Place], best: Sequence[bool]
 
 def _brief(value: float) -> str:
     """The value of a tick."""
-    text = rounded(value)
-    return text.rstrip("0").rstrip(".") if "." in text and "e" not in text else text
+    digits, power, exponent = rounded(value).partition("e")
+    digits = digits.rstrip("0").rstrip(".") if "." in digits else digits
+    return digits + power + exponent
 
 
 def _said(line: Line) -> str:

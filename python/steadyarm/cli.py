@@ -23,6 +23,7 @@ from .bench import LIBRARY, scenario_names
 
 if TYPE_CHECKING:
     from ._options import Commands
+    from .comparison import Comparison
     from .run import Run
 
 DESCRIPTION = """\
@@ -34,10 +35,11 @@ compares every controller on any robot.
 
 EPILOG = """\
 try:
-  steadyarm reproduce                                 the paper's three simulations, with a verdict
+  steadyarm reproduce                                 the paper and its rivals, with a verdict
   steadyarm simulate --preset claimed --plot run.png  one run, drawn
   steadyarm design --preset claimed --control-period 0.002
                                                       will it help, will it be stable?
+  steadyarm design paper_sensors                      which of its controllers suit its loop?
   steadyarm compare paper_sensors                     every rival, in one table
   steadyarm compare robot.urdf --payload 2            the same on your robot
   steadyarm scenario > mine.toml                      a file to edit; simulate --scenario mine.toml
@@ -117,11 +119,13 @@ def _add_reproduce(commands: Commands) -> None:
     parser = command(
         commands,
         "reproduce",
-        "the paper's three simulations: pictures, numbers and what they show",
+        "the paper's three simulations and its rivals: pictures, numbers and what they show",
         "Run the paper's simulations 1 to 3, 40 s each from rest, and every reading of the third:\n"
-        "which rules, normalised or raw firing strengths, gain 1/7, 7 or 70.\n\n"
+        "which rules, normalised or raw firing strengths, gain 1/7, 7 or 70. Then every rival on\n"
+        "the paper's plant, with ideal sensors and with those of a real machine.\n\n"
         "Writes figure1.png to figure3.png in the paper's layout (figure3.png as printed),\n"
-        "figure3_claimed.png, errors.png and results.json; prints the table and a verdict.\n"
+        "figure3_claimed.png, errors.png and results.json, and of the rivals compare.md,\n"
+        "compare.csv and compare.html, a page; prints both tables and what they show.\n"
         "RMS errors are over 20 to 40 s, maxima over the whole run.",
         _reproduce,
     )
@@ -153,7 +157,7 @@ FIGURES = {
 
 
 def _reproduce(arguments: argparse.Namespace) -> int:
-    from . import plots
+    from . import _rivals, plots
 
     out: Path = arguments.out
     out.mkdir(parents=True, exist_ok=True)
@@ -177,16 +181,34 @@ def _reproduce(arguments: argparse.Namespace) -> int:
         written.append("errors.png")
         _files.text(out / "results.json", json.dumps(rows, indent=2, allow_nan=False) + "\n")
         written.append("results.json")
+        rivals = _rivals.rivals()
+        if any(row.status == "interrupted" for row in rivals.rows):
+            raise KeyboardInterrupt
+        written += _write_comparison(rivals, out)
     except KeyboardInterrupt:
         if not written:
             raise
         kept = f"kept in {out}: {', '.join(sorted(written))}"
-        missing = "" if "results.json" in written else "; results.json was not written"
+        left = [name for name in ("results.json", *COMPARISON) if name not in written]
+        missing = f"; {left[0]} was not written" if left else ""
         raise KeyboardInterrupt(kept + missing) from None
     say(reproduction.table(rows))
     say(f"\n{reproduction.verdict(rows)}")
+    say(f"\n{rivals}")
     say(f"\nPictures and numbers are in {out}: {', '.join(sorted(written))}")
     return 0
+
+
+COMPARISON = ("compare.md", "compare.csv", "compare.html")
+"""Files of the comparison."""
+
+
+def _write_comparison(rivals: Comparison, out: Path) -> list[str]:
+    """Write its files; return their names."""
+    _files.text(out / "compare.md", rivals.to_markdown())
+    rivals.to_csv(out / "compare.csv")
+    rivals.to_html(out / "compare.html", arm=paper.simulation(2).plant.arm)
+    return list(COMPARISON)
 
 
 def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:

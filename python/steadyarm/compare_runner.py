@@ -8,10 +8,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass
-
-from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
+from typing import Any
 
 from ._stopping import stopped_by
 from .comparison import Row
@@ -78,10 +77,12 @@ def run_all(
         progress = sys.stderr.isatty()
     pool = _Pool(jobs)
     try:
-        with tqdm(total=len(jobs), unit="run", disable=not progress, file=sys.stderr) as bar:
+        with _bar(len(jobs)) if progress else nullcontext() as bar:
             pool.start(min(workers, len(jobs)))
             while pool.left:
-                bar.update(pool.take())
+                came = pool.take()
+                if bar is not None:
+                    bar.update(came)
     except KeyboardInterrupt:
         pool.stop.set()
         pool.settle()
@@ -91,6 +92,13 @@ def run_all(
         row or job.failed("interrupted", AMID if begun else BEFORE)
         for row, job, begun in zip(pool.rows, jobs, pool.begun, strict=True)
     ]
+
+
+def _bar(jobs: int) -> Any:
+    """A bar on standard error; tqdm is imported where one is wanted alone."""
+    from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
+
+    return tqdm(total=jobs, unit="run", file=sys.stderr)
 
 
 class _Pool:

@@ -2,9 +2,9 @@
 //!
 //! Layout, little-endian: `steadyarm` magic and version · joints, rules, flags · steps, advances ·
 //! last torque · fingerprints of arm, gains, compensator, basis · the pending period, if there is
-//! one: dt, torque asked for and commanded, q, q̇, q_d, q̇_d, q̈_d · the front's memory, if there is
-//! a front: last period, age, vectors · the compensator's part · FNV-1a checksum of all that.
-//! Version 1 has neither fingerprints nor a pending period.
+//! one: dt, torque asked for and commanded, q, q̇, q_d, q̇_d, q̈_d · memory of the front, if it has
+//! one: last period, age, vectors · the compensator's part · FNV-1a checksum of all that. Version 1
+//! has neither fingerprints nor a pending period.
 //!
 //! Nothing is allocated: bytes are written as they come, and read in two passes. The first pass
 //! checks all there is, the second one cannot fail.

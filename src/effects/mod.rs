@@ -3,8 +3,8 @@
 //!
 //! The way through, in every period: `timing` says when the sample is taken and whether it is lost;
 //! `sensors` make a measurement of the motion; the torque waits for its delay; `actuators` make of
-//! it what arrives at the joints, through a `transmission`. `random` draws the numbers, from one seed and a stream for each
-//! effect, so that none changes those of another.
+//! it what arrives at the joints, through a `transmission`. `random` draws the numbers, from one
+//! seed and a stream for each effect, so that none changes those of another.
 
 mod actuators;
 mod random;

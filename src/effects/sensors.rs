@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! difference   v ← v + (1 − e^(−2πfh)) ((q − q₋)/h − v)
-//! tracking     ẑ₁' = z₂, ẑ₂' = −r²(z₁ − q) − 2r z₂         (a differentiator with a double pole −r)
+//! tracking     ẑ₁' = z₂, ẑ₂' = −r²(z₁ − q) − 2r z₂        (a differentiator with a double pole −r)
 //! Kalman       the steady gains α, β of a motion under noise of acceleration
 //! ```
 //!
@@ -11,7 +11,7 @@
 use core::f64::consts::TAU;
 
 use super::random::Random;
-use crate::error::{Result, non_negative, within};
+use crate::error::{Result, accepted, non_negative, within};
 use crate::math::{Vector, exp, sqrt};
 
 /// What is measured.
@@ -62,7 +62,7 @@ impl<const N: usize> Sensors<N> {
         match &self.velocity {
             Velocity::Measured(noise) => non_negative("velocity_noise", noise),
             Velocity::Difference(cut_off) => {
-                within("velocity", &[*cut_off], |f| f > 0.0, "a cut-off > 0, infinite for none")
+                accepted("velocity", &[*cut_off], |f| f > 0.0, "a cut-off > 0, infinite for none")
             }
             Velocity::Tracking(r) => within("velocity", &[*r], finite, "a bandwidth > 0"),
             Velocity::Kalman(acceleration) => {

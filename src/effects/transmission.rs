@@ -1,4 +1,4 @@
-//! What is between motor and link: gears that give, and on which side of them positions are measured.
+//! What is between motor and link: gears that give, and on which side of them the encoders are.
 
 use crate::plant::Elastic;
 

@@ -2,9 +2,9 @@
 //! `τ = τ_a + M̄(v − (q̇ − q̇₋₁)/h)`, that is `ρ̂ = (q̇ − q̇₋₁)/h − M̄⁻¹τ_a` for computed torque on
 //! an arm that has the inertia M̄ alone.
 //!
-//! τ_a is the torque that acted, and in a loop with a delay the one that was commanded last: with an
-//! older one, torques of every other period would know nothing of each other. Sampled only. Stable
-//! where ‖I − M⁻¹M̄‖ < 1; of order 1 in the period. Source: Youcef-Toumi and Ito 1990; Hsia 1989.
+//! τ_a is the torque that acted, and in a loop with a delay the one commanded last: with an older
+//! one, torques of every other period would know nothing of each other. Sampled only. Stable where
+//! ‖I − M⁻¹M̄‖ < 1; of order 1 in the period. Source: Youcef-Toumi and Ito 1990; Hsia 1989.
 
 use crate::arm::{Arm, Factor};
 use crate::control::{Applied, Audit, Compensator, Numbers, Sample, Saves, Stage, put_all};

@@ -65,8 +65,8 @@ impl<const N: usize> AnyLaw<N> {
     /// Refuses a controller of one's own, of which nobody knows here what it remembers.
     pub fn saves(&self) -> PyResult<()> {
         if let Self::Own(..) = self {
-            let message = "law: nobody but you knows what a controller of your own remembers; pickle \
-                           it, or save what is in it yourself";
+            let message = "law: nobody but you knows what a controller of your own remembers; \
+                           pickle it, or save what is in it yourself";
             return Err(PyTypeError::new_err(message));
         }
         Ok(())

@@ -109,7 +109,9 @@ macro_rules! any {
     ($any:expr, $method:ident($($argument:expr),*)) => {
         match $any {
             AnyCompensator::Other(it, _) => Saves::<N, BoxedState>::$method(it, $($argument),*),
-            AnyCompensator::None | AnyCompensator::Own => Saves::<N, ()>::$method(&NoCompensation, $($argument),*),
+            AnyCompensator::None | AnyCompensator::Own => {
+                Saves::<N, ()>::$method(&NoCompensation, $($argument),*)
+            }
             AnyCompensator::Fuzzy(it) => {
                 Saves::<N, FuzzyState<N, Vec<f64>>>::$method(&**it, $($argument),*)
             }

@@ -39,16 +39,16 @@ const NAMES: [&str; 10] = [
 /// A controller with a law, and all that it remembers. `laws` makes them by name.
 ///
 /// It remembers what it learnt, its last torque, the number of its steps, and the period that is
-/// going on. Pickled or saved and restored, its next torques are the same to the bit. What remembers
-/// is equal to itself alone; ``copy.replace(controller, delay=1)`` is another, before its first
-/// step.
+/// going on. Pickled or saved and restored, its next torques are the same to the bit. What
+/// remembers is equal to itself alone; ``copy.replace(controller, delay=1)`` is another, before its
+/// first step.
 ///
 /// Parameters
 /// ----------
 /// arm: what the controller believes of the arm, with n joints.
-/// law: a dict of its name, ``{"law": "super_twisting", ...}``, and its parameters, as the functions
-///     of `laws` make it and a scenario file has it; or a controller of your own: an object with a
-///     method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``.
+/// law: a dict of its name, ``{"law": "super_twisting", ...}``, and its parameters, as the
+///     functions of `laws` make it and a scenario file has it; or a controller of your own: an
+///     object with a method ``step(q, dq, q_d, dq_d, ddq_d, dt) -> tau``.
 /// effort_limit: largest torque of each joint [N·m], scalar or (n,), > 0; None or inf for none.
 /// effort_rate_limit: largest change of each torque [N·m/s], likewise; for `step` and sampled
 ///     simulations only. It counts from the torque commanded last.
@@ -83,7 +83,7 @@ impl PyController {
         if each!(&this.trackers, Trackers, it => matches!(it.controller.law, AnyLaw::Own(..))) {
             let own = this.arguments.get(py, 1)?;
             let changes = PyDict::new(py);
-            changes.set_item("law", py.import("copy")?.call_method1("deepcopy", (own,))?)?;
+            changes.set_item("law", form::deep_copy(&own)?)?;
             let other = form::replaced(tracker, &this.arguments, Some(&changes))?;
             let other = other.cast::<Self>()?.borrow();
             twin.arguments = other.arguments.clone_ref(py);
@@ -143,6 +143,8 @@ impl PyController {
         let trackers = for_joints!(joints, other_law(arm, law, &limited, &fronted, period))?;
         let [effort, effort_rate, last_tau] = said(&trackers);
         let Front { hand_over, velocity_filter, bumpless, delay } = front(&trackers);
+        // What the caller does to his dict later changes no controller.
+        let law = if law.is_instance_of::<PyDict>() { form::deep_copy(law)? } else { law.clone() };
         let values = (
             arm,
             law,
@@ -161,7 +163,16 @@ impl PyController {
     /// The law: a dict of its name and parameters, or the object that was given.
     #[getter]
     fn law<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.arguments.get(py, 1)
+        each!(&self.trackers, Trackers, it => match &it.controller.law {
+            AnyLaw::Computed(law) => {
+                let dict = PyDict::new(py);
+                dict.set_item("law", "computed_torque")?;
+                dict.set_item("kp", law.gains.kp.to_vec())?;
+                dict.set_item("kv", law.gains.kv.to_vec())?;
+                Ok(dict.into_any())
+            }
+            _ => self.arguments.get(py, 1),
+        })
     }
 
     /// Samples between a torque and the period in which it acts.
@@ -186,8 +197,8 @@ impl PyController {
     /// let through another one than `step` gave, ``applied=np.clip(tau, -drive, drive)``. Nothing
     /// is learnt from a period in which it differs from what the law asked for, by whatever
     /// little: what a sensor measured is not wanted here. None: what `step` gave. Before the first
-    /// step it says nothing. ``elapsed`` [s]: the time since the last step, as it was measured, where
-    /// the loop jitters; None: the ``dt`` of that step.
+    /// step it says nothing. ``elapsed`` [s]: the time since the last step, as it was measured,
+    /// where the loop jitters; None: the ``dt`` of that step.
     ///
     /// Raises ValueError or TypeError naming what does not fit; nothing has changed then, bit for
     /// bit. For ``tau``, a torque that would be infinite, the period before has ended.
@@ -214,16 +225,16 @@ impl PyController {
             let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
             let elapsed = elapsed.map(|it| scalar(it, "elapsed")).transpose()?;
             let tau = it.step(applied.as_ref(), &q, &dq, &desired, dt, elapsed);
-            let tau = tau.map_err(|error| it.controller.law.raised().unwrap_or_else(|| value_error(error)));
-            Ok(array1(py, tau?.as_slice()))
+            let raised = |error| it.controller.law.raised().unwrap_or_else(|| value_error(error));
+            Ok(array1(py, tau.map_err(raised)?.as_slice()))
         })
     }
 
     /// Forget everything: weights, prior, last torque, count of steps.
     ///
     /// The tracker is then as a new one, to the bit, and not frozen. ``last_tau``: the torque that
-    /// is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own is
-    /// reset by its method ``reset()``; TypeError if it has none.
+    /// is on the robot now [N·m], scalar or (n,); None: as it was built. A controller of your own
+    /// is reset by its method ``reset()``; TypeError if it has none.
     #[pyo3(signature = (last_tau=None))]
     fn reset(&mut self, last_tau: Given<'_, '_>) -> PyResult<()> {
         each!(&self.trackers, Trackers, it => it.controller.law.reset())?;
@@ -293,7 +304,8 @@ impl PyController {
         self.set_frozen(false)
     }
 
-    /// Whether it learns something that stays right when learning stops; an observer does not.
+    /// Whether it learns something that stays right when learning stops; an observer does
+    /// not.
     #[getter]
     fn learns(&self) -> bool {
         each!(&self.trackers, Trackers, it => it.controller.compensator.learns())
@@ -366,7 +378,6 @@ impl PyController {
         Ok((slf.get_type().into_any(), arguments, state))
     }
 
-    // As for a plant: no `__clear__`.
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
         each!(&self.trackers, Trackers, it => it.controller.law.traverse(&visit))?;
         self.arguments.traverse(&visit)

@@ -26,9 +26,9 @@ use crate::scenario::{EffectsSettings, SideName, VelocityName};
 /// encoder_bits: bits of each encoder in a turn of its joint, scalar or (n,); None: exact.
 /// noise: standard deviation of positions, before the encoder [rad], scalar or (n,).
 /// velocity: where velocities come from: "measured" (the joint's own, with ``velocity_noise``
-///     [rad/s]), "difference" of positions through a first-order filter of ``velocity_cutoff`` [Hz],
-///     a "tracking" differentiator of ``velocity_bandwidth`` [rad/s], or a "kalman" filter in its
-///     steady state that counts with accelerations of ``velocity_acceleration`` [rad/s²].
+///     [rad/s]), "difference" of positions through a first-order filter of ``velocity_cutoff``
+///     [Hz], a "tracking" differentiator of ``velocity_bandwidth`` [rad/s], or a "kalman" filter in
+///     its steady state that counts with accelerations of ``velocity_acceleration`` [rad/s²].
 /// velocity_noise, velocity_cutoff, velocity_bandwidth, velocity_acceleration: as above.
 /// delay: samples, 0 to 4, between a torque and the period in which it acts.
 /// jitter: by how much a period may differ from its length, as a share of it, 0 to 0.9.

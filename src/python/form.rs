@@ -208,6 +208,11 @@ pub(super) fn shown(object: &Bound<'_, PyAny>, form: &dyn Form) -> PyResult<Stri
     Ok(format!("{}({})", object.get_type().name()?, shown.join(", ")))
 }
 
+/// A copy of an object, and of all that is in it.
+pub(super) fn deep_copy<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    object.py().import("copy")?.call_method1("deepcopy", (object,))
+}
+
 /// An object of the same class with other arguments.
 pub(super) fn replaced<'py>(
     object: &Bound<'py, PyAny>,

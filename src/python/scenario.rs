@@ -46,8 +46,8 @@ pub(super) fn canonical_scenario(text: &str) -> PyResult<String> {
 /// one or a list of them; ``effects`` an `Effects`; ``controller`` a dict of ``kp``, ``kv``,
 /// ``effort_limit``, ``effort_rate_limit``, and ``run`` one of arguments of `simulate`; ``title``,
 /// ``robot``, ``actual``, ``front``, ``metrics`` and ``controllers`` (laws by name) are as in the
-/// file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError
-/// naming the path of what is unknown, of the wrong type or out of range:
+/// file, see `Scenario`. Keys are the arguments of the classes. Raises ValueError naming the path
+/// of what is unknown, of the wrong type or out of range:
 /// ``compensator.gain[1]: got -1, wants a number > 0``.
 #[pyfunction]
 pub(super) fn read_scenario<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::numbers::PerJoint;
 use crate::control::Front;
 use crate::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
-use crate::error::{Error, Result, within};
+use crate::error::{Error, Result, accepted, positive, within};
 use crate::plant::Elastic;
 
 /// Parameters of [`Effects`]; all of them are off by default.
@@ -156,6 +156,10 @@ impl EffectsSettings {
                 bits.map(|bits| TAU / libm::exp2(bits))
             }
         };
+        let wanted = "a cut-off > 0, infinite for none";
+        accepted("velocity_cutoff", &[self.velocity_cutoff], |f| f > 0.0, wanted)?;
+        positive("velocity_bandwidth", &[self.velocity_bandwidth])?;
+        positive("velocity_acceleration", &[self.velocity_acceleration])?;
         let velocity = match self.velocity {
             VelocityName::Measured => {
                 Velocity::Measured(self.velocity_noise.each("velocity_noise")?)

@@ -3,7 +3,7 @@
 //! ```text
 //! row k        record what is really there
 //! sample j     measured = sensors(motion)      the period before ends with what the drives told
-//!              τ = step(measured)              told = limited(τ)      after `delay` samples it acts
+//!              τ = step(measured)              told = limited(τ)     after `delay` samples it acts
 //! ```
 //!
 //! Rows stand on a grid of `dt`; samples may come between them.
@@ -41,7 +41,7 @@ pub(super) const CHANNELS: &[Channel] = &[
         name: "dq_measured",
         unit: "rad/s",
         width: Width::Joints,
-        doc: "Velocity as the sensors gave it last; a controller's own velocity filter makes another",
+        doc: "Velocity as the sensors gave it last; a controller's own filter makes another",
     },
     Channel {
         name: "tau_commanded",
@@ -226,7 +226,11 @@ where
     {
         let kept = line.clock.take();
         let (period, begun) = (self.hold as f64 * self.dt, line.command.is_none());
-        let elapsed = if begun { period } else { t - line.seen_at };
+        let elapsed = match t - line.seen_at {
+            _ if begun => period,
+            apart if effects.timing.jitter == 0.0 => libm::rint(apart / period) * period,
+            apart => apart,
+        };
         let command = if kept {
             let Motion { q, dq } = line.at_encoders(effects, motion);
             line.measured = line.measuring.measure(&q, &dq, elapsed).into();

@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 import steadyarm as sa
-from steadyarm import _files, cli, reproduction
+from steadyarm import _files, _rivals, cli, reproduction
 
 GOLDEN_TOLERANCE = 1e-5
 """RMS errors [rad] agree with two independent programs to this."""
@@ -41,6 +41,8 @@ GOLDEN_TORQUE = {
 
 PICTURES = {"figure1.png", "figure2.png", "figure3.png", "figure3_claimed.png", "errors.png"}
 
+COMPARISON = {"compare.md", "compare.csv", "compare.html"}
+
 
 posix = pytest.mark.skipif(os.name != "posix", reason="needs links, limits, devices and pipes")
 
@@ -70,7 +72,7 @@ def reproduced(tmp_path_factory):
 
 def test_reproduce_writes_pictures_and_numbers_and_nothing_else(reproduced):
     out, text, _ = reproduced
-    assert {path.name for path in out.iterdir()} == PICTURES | {"results.json"}
+    assert {path.name for path in out.iterdir()} == PICTURES | COMPARISON | {"results.json"}
     assert all((out / name).read_bytes().startswith(b"\x89PNG") for name in PICTURES)
     assert f"Pictures and numbers are in {out}" in text
 
@@ -118,6 +120,19 @@ def test_the_verdict_is_computed_from_the_numbers(reproduced):
         assert word in as_printed
     for word in ("does what the paper claims", "0.011 / 0.022", "17.6 / 20.7 times"):
         assert word in as_claimed
+
+
+def test_rivals_are_printed_with_what_they_show_and_written(reproduced):
+    out, text, _ = reproduced
+    table = sa.Comparison.from_csv(out / "compare.csv")
+    assert len(table.rows) == 2 * 19
+    assert {row.scenario for row in table.rows} == {"paper_rivals", "paper_sensors"}
+    said = _rivals.sentences(list(table.rows))
+    words = " ".join(text.split())
+    assert len(said) == 7
+    assert all(" ".join(sentence.split()) in words for sentence in said)
+    assert "super\\_twisting" in (out / "compare.md").read_text(encoding="utf-8")
+    assert "The printed method is inert" in (out / "compare.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import steadyarm as sa
+from steadyarm._comparison_words import rounded
 
 ROOT = Path(__file__).parents[2]
 TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -30,6 +31,48 @@ def test_example_of_8_lines_tracks_as_the_text_says() -> None:
     assert found
     assert f"{error(without):.0f}" == found[1]
     assert f"{error(run):.1f}" == found[2]
+
+
+RIVALS = {
+    "computed torque": "computed_torque",
+    "**the paper's compensator, as printed**": "fuzzy_printed",
+    "the same, as claimed (another gain, raw strengths)": "fuzzy_claimed",
+    "disturbance observer": "disturbance_observer",
+    "momentum observer": "momentum_observer",
+    "sliding mode (the paper's ref. 2)": "sliding_mode",
+    "Slotine and Li": "slotine_li",
+    "PID": "pid",
+    "super-twisting": "super_twisting",
+}
+"""Rows of the table, and the controllers of the scenarios that they are."""
+
+
+def test_the_table_of_rivals_is_what_the_scenario_gives() -> None:
+    lines = sa.compare("paper_sensors", only=list(RIVALS.values())).table()
+    shown = {}
+    for line in lines:
+        figures = [1e3 * line.median["steady_rms_e"], line.median["max_abs_tau"]]
+        cells = [f"{rounded(figures[0])} mrad", f"{rounded(figures[1])} N·m"]
+        cells += [f"{rounded(line.median['torque_variation'])} N·m/s"]
+        frozen = line.median["frozen_rms_e"]
+        shown[line.controller] = [*cells, "" if frozen is None else f"{rounded(1e3 * frozen)} mrad"]
+    rows = re.findall(
+        r"^\| (.+) \| (.+ mrad) \| (.+ N·m) \| (.+ N·m/s) \|(.*)\|$", TEXT, re.MULTILINE
+    )
+    assert [row[0] for row in rows] == list(RIVALS)
+    for name, *cells in rows:
+        assert [cell.strip() for cell in cells] == shown[RIVALS[name]], name
+
+
+def test_what_the_text_says_of_rivals_is_what_ideal_sensors_give() -> None:
+    lines = sa.compare("paper_rivals", only=["pd", "fuzzy_printed", "pid"], freeze=False).table()
+    row = {line.controller: line.median for line in lines}
+    text = " ".join(TEXT.split())
+    error = {name: rounded(1e3 * median["steady_rms_e"]) for name, median in row.items()}
+    peak = {name: rounded(median["max_abs_tau"]) for name, median in row.items()}
+    assert f"{error['pd']} mrad against {error['fuzzy_printed']}" in text
+    assert f"at {peak['pd']} N·m against {peak['fuzzy_printed']}" in text
+    assert f"(the PID {peak['pid']} N·m)" in text
 
 
 def test_it_is_short_and_names_the_command_that_tests() -> None:

@@ -149,21 +149,27 @@ def test_row_05_quantised_encoder(bits: int) -> None:
     assert norms[-1] < 1.2 * np.linalg.norm(exact.controller.weights) + 1.0
 
 
-@pytest.mark.xfail(
-    reason="no filter or observer of velocity comes with the controller", strict=True
-)
 def test_row_06_differenced_velocity() -> None:
-    """A velocity differenced from 16 bits makes the torque vary 5 times as much at most."""
-    step, variations = 2 * np.pi / 2**16, []
-    for differenced in (False, True):
-        rig, last = Rig(stiff()), None
+    """A velocity of 16 bits through the filter of 10 Hz: torque varies 5 times as much at most.
+
+    As it is differenced it varies 84 times as much, with the filter 3.9 times, and the largest
+    error is 1.3 % larger.
+    """
+    step = 2 * np.pi / 2**16
+
+    def moved(velocity_filter: float | None, differenced: bool) -> Rig:
+        rig, last = Rig(stiff(velocity_filter=velocity_filter)), None
         for _ in range(1000):
             seen = np.round(rig.q / step) * step
             dq = rig.dq if not differenced or last is None else (seen - last) / H
             last = seen
             rig.period(lambda c, s, q=seen, dq=dq: c.step(q, dq, *s[2:], H))
-        variations.append(np.abs(np.diff(rig.torques[100:], axis=0)).sum())
-    assert variations[1] < 5 * variations[0]
+        return rig
+
+    ideal, filtered = moved(None, False), moved(10.0, True)
+    varied = [np.abs(np.diff(rig.torques[100:], axis=0)).sum() for rig in (ideal, filtered)]
+    assert varied[1] < 5 * varied[0]
+    assert max(filtered.errors[500:]) < 1.05 * max(ideal.errors[500:])
 
 
 def test_row_07_saturation() -> None:
@@ -332,7 +338,7 @@ def test_row_19_callbacks_that_raise() -> None:
     refusals.test_callback_is_not_called_again_after_it_raised()
 
 
-@pytest.mark.skip(reason="there is no sweep yet")
+@pytest.mark.skip(reason="comparisons run in threads: none is killed alone")
 def test_row_20_killed_worker_in_a_sweep() -> None:
     """A killed worker loses nothing of a sweep that was written."""
 

@@ -62,6 +62,11 @@ def plant(**change: Any) -> sa.Plant:
     return sa.Plant(**(given | change))
 
 
+def effects(**change: Any) -> sa.Effects:
+    given = {"encoder_bits": 16, "joint_stiffness": 1e4, "rotor_inertia": 0.1}
+    return sa.Effects(**(given | change))
+
+
 def excess(**change: Any) -> sa.Excess:
     given = {"joint": 1, "name": "elbow", "bound": "effort", "limit": 10.0, "value": 12.0}
     given |= {"by": 2.0, "time": 0.5, "first": 0.25, "message": "too much"}
@@ -135,6 +140,27 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
     (plant, {"disturbance": [sines(), noise()]}),
     (plant, {"disturbance": np.hypot}),
     (plant, {"effort_limit": (30, np.inf)}),
+    (effects, {"encoder_bits": (16, 17)}),
+    (effects, {"noise": 1e-4}),
+    (effects, {"velocity": "difference"}),
+    (effects, {"velocity_noise": (1e-3, 0)}),
+    (effects, {"velocity_cutoff": 50}),
+    (effects, {"velocity_bandwidth": 200}),
+    (effects, {"velocity_acceleration": 30}),
+    (effects, {"delay": 2}),
+    (effects, {"jitter": 0.1}),
+    (effects, {"drop": 0.01}),
+    (effects, {"effort_rate_limit": 1e3}),
+    (effects, {"gain": (0.9, 1)}),
+    (effects, {"lag": 1e-3}),
+    (effects, {"cogging": 0.1}),
+    (effects, {"cogging_per_turn": 50}),
+    (effects, {"joint_stiffness": (1e4, 2e4)}),
+    (effects, {"joint_damping": 3}),
+    (effects, {"rotor_inertia": 0.2}),
+    (effects, {"backlash": 1e-3}),
+    (effects, {"encoder_side": "link"}),
+    (effects, {"seed": 4}),
     (plant, {"effort_limit": None}),
     (plant, {"changes": [(1.0, two_link(gravity=9.81)), (2.0, two_link())]}),
     (excess, {"joint": 0}),
@@ -149,7 +175,18 @@ CHANGES: list[tuple[Any, dict[str, Any]]] = [
 ]
 NAMES = [f"{make.__name__}-{'-'.join(change)}" for make, change in CHANGES]
 CURVES = [sines, quintic, table, waypoints]
-MAKERS = [basis, compensator, *CURVES, pulses, noise, wrench, two_link, plant, excess]
+MAKERS = [
+    basis,
+    compensator,
+    *CURVES,
+    pulses,
+    noise,
+    wrench,
+    two_link,
+    plant,
+    effects,
+    excess,
+]
 
 
 @pytest.mark.parametrize("make", MAKERS)

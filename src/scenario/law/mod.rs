@@ -1,7 +1,8 @@
 //! The laws by name, with their gains: said one by one, or as a bandwidth for all.
 //!
 //! `settings` has the parameters of each law, as a file or a call says them; `build` makes the law
-//! from them, with what it remembers, `adaptive` those that learn; `adapts` is what of an arm adaptation needs.
+//! from them, with what it remembers, `adaptive` those that learn; `adapts` is what of an arm
+//! adaptation needs.
 
 mod adaptive;
 mod adapts;
