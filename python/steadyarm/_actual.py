@@ -24,10 +24,7 @@ def actual_plant(
     if plant is not None and "two_link" in given:
         raise ValueError("actual.two_link: wants none beside a section [plant]")
     arm = given.pop("two_link", plant if plant is not None else nominal)
-    for name in ("inertia_scale", "viscous", "coulomb", "effort_limit"):
-        count = np.size(given.get(name, 0.0))
-        if np.ndim(given.get(name, 0.0)) and count != arm.joints:
-            raise ValueError(f"actual.{name}: got {count} entries, wants {arm.joints}")
+    _check_counts(given, arm.joints)
     arm = _scaled(arm, given.pop("inertia_scale", None))
     arm = _rubbing(arm, given)
     limit = given.pop("effort_limit", None)
@@ -41,6 +38,18 @@ def actual_plant(
     changes = [(at, _at(arm, payload, friction, at)) for at in sorted(times)]
     made = _core.Plant(_at(arm, payload, friction, 0.0), disturbance, limit, changes or None)
     return made, tuple(at for at, _ in changes)
+
+
+def _check_counts(given: Mapping[str, Any], joints: int) -> None:
+    """Refuses lists of another length than one a joint, by the path of the key."""
+    names = ("inertia_scale", "viscous", "coulomb", "effort_limit")
+    lists = {f"actual.{name}": given.get(name) for name in names}
+    for place, change in enumerate(given.get("changes") or []):
+        path = f"actual.changes[{place}]"
+        lists |= {f"{path}.{name}": change[name] for name in ("viscous", "coulomb")}
+    for path, value in lists.items():
+        if isinstance(value, list) and len(value) != joints:
+            raise ValueError(f"{path}: got {len(value)} entries, wants {joints}")
 
 
 def _at(

@@ -19,6 +19,7 @@ import numpy as np
 
 from . import _core
 from ._actual import actual_plant
+from ._scene import arguments
 from .compare_runner import Job, run_all
 from .comparison import Comparison, Row
 from .run import Run
@@ -97,6 +98,7 @@ class Scenario:
                 raise ValueError(f"{section}: wants none beside a section [controllers]")
         metrics = sections["metrics"] or {}
         options = dict(sections["run"] or RUN)
+        _check(sections, plant, front, options)
         window = None
         if metrics.get("from") is not None or metrics.get("to") is not None:
             end = options["duration"] if metrics.get("to") is None else metrics["to"]
@@ -246,7 +248,7 @@ def compare(
 
 def _chosen(every: Mapping[str, Any], only: Sequence[str] | None) -> list[str]:
     """The names of the controllers that run."""
-    wanted = f"some of {', '.join(every)}"
+    wanted = f"some of {', '.join(map(str, every))}"
     if isinstance(only, str):
         raise TypeError(f"only: got {only!r}, wants a list of names: {wanted}")
     names = list(every) if only is None else list(only)
@@ -346,6 +348,35 @@ def usual_controllers(arm: _core.Arm, bandwidth: float) -> dict[str, Any]:
         "width": 1.0,
     }
     return laws
+
+
+def _check(
+    sections: Mapping[str, Any],
+    plant: _core.Plant,
+    front: Mapping[str, Any],
+    options: Mapping[str, Any],
+) -> None:
+    """Refuses what no controller could run with, by the path of its key."""
+    joints = plant.arm.joints
+    counts = {f"run.{name}": options[name] for name in ("q0", "dq0")}
+    effects = sections["effects"]
+    if effects is not None:
+        counts |= {f"effects.{name}": value for name, value in arguments(effects).items()}
+    for name in ("reference", "transfer"):
+        if sections[name] is not None:
+            found = sections[name](0.0)[0]
+            counts[name] = found if len(found) > 1 else None
+    for path, value in counts.items():
+        if np.ndim(value) and len(value) != joints:
+            raise ValueError(f"{path}: got {len(value)} entries, wants {joints}")
+    sampled = {"effects": effects is not None, "front": bool(front), "actual": bool(plant.changes)}
+    if options["control_period"] is None and any(sampled.values()):
+        what = next(name for name, given in sampled.items() if given)
+        raise ValueError(f"run.control_period: is missing, wants a period: [{what}] needs one")
+    start = (sections["metrics"] or {}).get("from") or 0.0
+    if start > options["duration"]:
+        end = options["duration"]
+        raise ValueError(f"metrics.from: got {start:g}, wants a time in the run, up to {end:g}")
 
 
 def _nominal(sections: Mapping[str, Any]) -> _core.Arm:

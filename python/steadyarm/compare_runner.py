@@ -38,6 +38,10 @@ class Job:
     compute: Callable[[], Row]
     """What returns the row."""
 
+    def __post_init__(self) -> None:
+        # A name that no row can have would be found out in a thread, and be waited for.
+        self.failed("interrupted", BEFORE)
+
     def failed(self, status: str, reason: str) -> Row:
         """The row of a job that has none."""
         return Row(self.controller, self.scenario, self.seed, status, reason)

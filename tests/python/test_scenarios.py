@@ -176,6 +176,17 @@ PARTS: list[tuple[dict[str, Any], str]] = [
     ({"robot": {"file": "nobody"}, "two_link": None}, "robot.file"),
     ({"metrics": {"from": 2.0, "to": 1.0}}, "metrics.to"),
     ({"robot": {"file": "nowhere.urdf"}, "two_link": None}, "robot.file"),
+    ({"robot": {"file": "ur5e", "armature": [1.0]}, "two_link": None}, "robot.armature"),
+    ({"reference": {"sines": {"frequency": 1.0, "sin": [0.1] * 6}}}, "reference"),
+    ({"transfer": {"sines": {"frequency": 1.0, "sin": [0.1] * 6}}}, "transfer"),
+    ({"disturbance": {"noise": {"deviation": [1.0] * 3, "cutoff": 1.0}}}, "disturbance"),
+    ({"run": {"q0": [0.0] * 3}}, "run.q0"), ({"run": {"dq0": [0.0] * 3}}, "run.dq0"),
+    ({"run": {"control_period": 0.001}, "effects": {"noise": [1.0] * 3}}, "effects.noise"),
+    ({"metrics": {"from": 50.0}}, "metrics.from"),
+    ({"effects": {"delay": 1}}, "run.control_period"),
+    ({"front": {"hand_over": 3.0}}, "run.control_period"),
+    ({"actual": {"changes": [{"at": 1.0, "viscous": 0.3}]}}, "run.control_period"),
+    ({"actual": {"changes": [{"at": 1.0, "viscous": [1.0] * 3}]}}, "actual.changes.0..viscous"),
     ({"controller": {"kp": 1.0, "kv": 1.0}}, "controller"),
     ({"compensator": {"basis": {"form": "grid", "centers": [0.0], "width": 1.0}}}, "compensator"),
 ]  # fmt: skip
@@ -323,6 +334,12 @@ def test_what_learns_is_frozen_and_transferred_and_observers_are_not() -> None:
     assert all(row.frozen_rms_e is None and row.transfer_rms_e is None for row in off)
     bare = compare(replace(scene, transfer=None), only=names[:1]).rows[0]
     assert bare.frozen_rms_e == rows["slotine_li"].frozen_rms_e and bare.transfer_rms_e is None
+
+
+@pytest.mark.parametrize("name", ["", "\udcff", 3])
+def test_names_that_no_row_can_have_are_refused_before_a_thread_waits_for_them(name: Any) -> None:
+    with pytest.raises((ValueError, TypeError), match="controller: got"):
+        compare(short("paper_rivals", 0.05), {name: Own()}, only=[name])
 
 
 def test_one_controller_of_a_scenario_is_its_row() -> None:
