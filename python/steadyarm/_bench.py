@@ -8,7 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._options import FAILED, STOPPED, Refused, check_files, command, names, number, picture, record
+from ._options import (
+    FAILED,
+    STOPPED,
+    Refused,
+    check_files,
+    command,
+    names,
+    number,
+    numbers,
+    picture,
+    record,
+)
 from ._streams import say
 from .bench import Scenario, compare, load_robot, scenario_names
 from .comparison import Comparison, Row
@@ -75,6 +86,13 @@ def add_source(parser: argparse.ArgumentParser, **count: Any) -> None:
         default=15.0,
         help="of all controllers on a robot [rad/s] (default: 15)",
     )
+    add(
+        "--armature",
+        metavar="J",
+        type=numbers,
+        help="rotors of a robot that the controllers know of [kg·m²], one or one a joint "
+        "(default: as the file says)",
+    )
     add("--tip", metavar="LINK", help="the end of a robot's chain, where a file has several")
 
 
@@ -91,12 +109,19 @@ def scene_of(arguments: argparse.Namespace) -> Scenario:
             arm = load_robot(source, arguments.tip)
             name = Path(source).stem
             return Scenario.of_robot(
-                arm, payload=arguments.payload, bandwidth=arguments.bandwidth, name=name
+                arm,
+                payload=arguments.payload,
+                bandwidth=arguments.bandwidth,
+                armature=arguments.armature,
+                name=name,
             )
         return Scenario.read(source)
     except OSError as error:
         raise Refused(f"scenario: cannot read {source}: {error.strerror or error}") from error
     except (ValueError, TypeError) as error:
+        if str(error).startswith("shipped arm: "):
+            names = ", ".join(scenario_names())
+            raise Refused(f"scenario: got {source!r}, wants one of {names}; or {error}") from error
         raise Refused(error) from error
 
 

@@ -128,6 +128,7 @@ class Scenario:
         friction_share: float = 0.01,
         name: str = "robot",
         bandwidth: float = 15.0,
+        armature: Any = None,
         duration: float = 12.0,
     ) -> Scenario:
         """A first comparison for any robot.
@@ -135,8 +136,12 @@ class Scenario:
         The arm carries ``payload`` [kg] 5 cm beyond its tip and has friction that nobody told the
         controllers of, ``friction_share`` of each effort limit; sensors are encoders of 16 bits
         with velocities by difference, torques one sample late, at 1 kHz. Every controller has the
-        ``bandwidth`` [rad/s], and the motion stays within a third of the limits.
+        ``bandwidth`` [rad/s], and the motion stays within a third of the limits. ``armature``
+        [kg·m²]: rotors that the controllers know of, scalar or (n,); None: as the arm has them.
         """
+        if armature is not None:
+            assert isinstance(arm, _core.Serial)
+            arm = arm.with_armature(armature)
         actual: dict[str, Any] = {"friction_share": friction_share}
         if payload:
             actual |= {"payload": {"mass": payload, "com": [0.0, 0.0, 0.05]}}
@@ -162,16 +167,17 @@ class Scenario:
 
     def controller(self, law: Any) -> Any:
         """A controller of this scene: of a law (a dict), or of what `compare` takes."""
+        period = self.options.get("control_period")
         if isinstance(law, Mapping):
-            period = self.options.get("control_period")
             limit = self.plant.effort_limit
             limits = None if not np.isfinite(limit).all() else limit
             return _core.Controller(self.nominal, law, limits, control_period=period, **self.front)
+        if isinstance(law, type) or not hasattr(law, "step"):
+            law = law(self.nominal)
         if isinstance(law, _core.Controller | _core.Guard):
             return law
-        if isinstance(law, type) or not hasattr(law, "step"):
-            return law(self.nominal)
-        return law
+        # What stands before every law stands before one's own too.
+        return _core.Controller(self.nominal, law, control_period=period, **self.front)
 
     def simulate(
         self, law: Any, *, seed: int | None = None, reference: Any = None, **options: Any
@@ -243,7 +249,7 @@ def compare(
         for seed in seeds
         for name in names
     ]
-    return Comparison(run_all(jobs, workers, progress), scene.title)
+    return Comparison(run_all(jobs, workers, progress), scene.title, rotors_missing(scene))
 
 
 def _chosen(every: Mapping[str, Any], only: Sequence[str] | None) -> list[str]:
@@ -275,6 +281,28 @@ def _seeds(seeds: int | Iterable[int]) -> list[int]:
     if isinstance(seeds, bool) or not found or not possible:
         raise refused
     return found
+
+
+FASTEST = 5000.0
+"""An effort limit that could accelerate a joint faster tells of missing rotors [rad/s²]."""
+
+
+def rotors_missing(scene: Scenario) -> tuple[str, ...]:
+    """A note where the model of a robot says nothing of rotors that must be there."""
+    arm = scene.nominal
+    if not isinstance(arm, _core.Serial):
+        return ()
+    poses = [scene.reference(t)[0] for t in np.linspace(0.0, scene.options["duration"], 24)]
+    light = np.min([np.diag(arm.mass_matrix(q)) for q in poses], axis=0)
+    fast = np.flatnonzero(arm.limits["effort"] / light > FASTEST) + 1
+    if not len(fast):
+        return ()
+    joints = ", ".join(str(joint) for joint in fast)
+    return (
+        f"rotor inertia is missing in this model, joint {joints}: its effort limit could "
+        f"accelerate it by more than {FASTEST:g} rad/s²; state it (armature), or these "
+        "figures are not those of the robot",
+    )
 
 
 def _row(scene: Scenario, name: str, law: Any, seed: int, freeze: bool) -> Row:
