@@ -37,6 +37,7 @@ RIVALS = {
     "computed torque": "computed_torque",
     "**the paper's compensator, as printed**": "fuzzy_printed",
     "the same, as claimed (another gain, raw strengths)": "fuzzy_claimed",
+    "PD, which needs no model here": "pd",
     "disturbance observer": "disturbance_observer",
     "momentum observer": "momentum_observer",
     "sliding mode (the paper's ref. 2)": "sliding_mode",

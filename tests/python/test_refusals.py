@@ -380,7 +380,11 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, r"dt: got -1, wants a number > 0", lambda: move(dt=-1)),
     # simulations
     (TypeError, r"plant: got TwoLink, wants a Plant", lambda: simulate(plant=actual())),
-    (TypeError, r"tracker: got NoneType, wants a Controller", lambda: simulate(tracker=None)),
+    (
+        TypeError,
+        r"tracker: got NoneType, wants a Controller, .*, or a Guard",
+        lambda: simulate(tracker=None),
+    ),
     (
         TypeError,
         r"reference: got tuple, wants Sines, .* callable",
@@ -501,7 +505,7 @@ CASES: list[tuple[type[Exception], str, Callable[[], object]]] = [
     (ValueError, r"ridge: got smallest eigenvalue 0e0", lambda: fit(ridge=0)),
     (ValueError, r"x: got shape \(2, 3\), wants \(samples, 4\)", lambda: fit()(np.zeros((2, 3)))),
     # the design report
-    (TypeError, r"tracker: got int, wants a Controller", lambda: design(tracker=3)),
+    (TypeError, r"tracker: got int, wants a Controller, such as", lambda: design(tracker=3)),
     (ValueError, r"delay: got -1, wants a whole number >= 0", lambda: design(delay=-1)),
     (TypeError, r"delay: got float, wants a whole number >= 0", lambda: design(delay=1.5)),
     (

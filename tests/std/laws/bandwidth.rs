@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use steadyarm::arm::{Arm, Parametric, Serial};
+use steadyarm::arm::{Arm, Parametric};
 use steadyarm::control::{
     Compensator, ComputedTorque, Controller, DynamicState, Feedback, Gains, Inputs, Law,
     NoCompensation, State,
@@ -11,13 +11,12 @@ use steadyarm::control::{
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
 use steadyarm::laws::{
     AdaptiveComputedTorque, AdaptiveComputedTorqueState, AdaptiveParameters, DisturbanceObserver,
-    HInfinity, Inertia, Integral, Mismatch, MomentumObserver, NaturalParameters, Pace, Passive,
-    PassiveFuzzy, PdGravity, RbfNetwork, Rise, Robust, SlidingMode, SuperTwisting, TimeDelay,
-    TimeDelayState,
+    HInfinity, Inertia, Integral, Mismatch, MomentumObserver, Pace, Passive, PassiveFuzzy,
+    PdGravity, RbfNetwork, Rise, Robust, SlidingMode, SuperTwisting, TimeDelay, TimeDelayState,
 };
 use steadyarm::paper;
-use steadyarm::plant::{Disturbance, Plant, Undisturbed};
-use steadyarm::reference::{Harmonic, Reference, Sines};
+use steadyarm::plant::{Disturbance, Plant};
+use steadyarm::reference::Reference;
 use steadyarm::sim::{Options, Run, Status, simulate};
 
 use crate::counting::calls_during;
@@ -158,16 +157,6 @@ impl<const N: usize, A: Arm<N> + Copy + Send + Sync, P: Arm<N>, D: Disturbance<N
     }
 }
 
-fn natural<const N: usize, const K: usize, R: Reference<N>>(
-    scene: &Scene<N, Serial<N>, Serial<N>, Undisturbed, R>,
-) where
-    Serial<N>: Parametric<N, K>,
-{
-    let passive = Passive::with_bandwidth(scene.nominal, scene.p()).unwrap();
-    let natural = NaturalParameters::with_bandwidth(scene.nominal, scene.p(), &scene.pace);
-    scene.follows("Slotine-Li, natural", passive, natural.unwrap(), DynamicState::<K>::new());
-}
-
 /// Largest |e| over the second half [rad].
 fn last_half<const N: usize>(run: &Run<N>) -> f64 {
     run.e[run.e.len() / 2..].iter().flatten().fold(0.0, |most, e| most.max(e.abs()))
@@ -194,11 +183,24 @@ fn every_law_follows_on_the_papers_plant_with_gains_from_one_bandwidth() {
 #[cfg(feature = "urdf")]
 mod shipped {
     use nalgebra::Vector3;
-    use steadyarm::arm;
+    use steadyarm::arm::{self, Serial};
+    use steadyarm::laws::NaturalParameters;
     use steadyarm::math::Matrix;
+    use steadyarm::plant::Undisturbed;
+    use steadyarm::reference::{Harmonic, Sines};
     use steadyarm::robot;
 
     use super::*;
+
+    fn natural<const N: usize, const K: usize, R: Reference<N>>(
+        scene: &Scene<N, Serial<N>, Serial<N>, Undisturbed, R>,
+    ) where
+        Serial<N>: Parametric<N, K>,
+    {
+        let passive = Passive::with_bandwidth(scene.nominal, scene.p()).unwrap();
+        let natural = NaturalParameters::with_bandwidth(scene.nominal, scene.p(), &scene.pace);
+        scene.follows("Slotine-Li, natural", passive, natural.unwrap(), DynamicState::<K>::new());
+    }
 
     /// A shipped arm with rotors of 0.1 kg m² that are known, and 2 kg and friction that are not.
     fn scene<const N: usize>(
