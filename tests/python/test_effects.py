@@ -338,14 +338,12 @@ def test_a_velocity_filter_wants_a_number_above_zero(velocity: Any, name: str, b
         sa.Effects(encoder_bits=16, velocity=velocity, **{name: bad})
 
 
-@pytest.mark.xfail(strict=True, reason="numbers that the velocity does not use are not looked at")
 @pytest.mark.parametrize("name", ["velocity_cutoff", "velocity_bandwidth", "velocity_acceleration"])
 def test_numbers_that_are_not_used_are_checked_too(name: str) -> None:
     with pytest.raises(ValueError, match=f"^{name}"):
         sa.Effects(**{name: np.nan})
 
 
-@pytest.mark.xfail(strict=True, reason="the words say infinite for none, the check says finite")
 def test_a_difference_without_a_filter() -> None:
     found = run(encoder_bits=14, velocity="difference", velocity_cutoff=np.inf)
     q, dq = sampled(found)
