@@ -2,6 +2,7 @@
 //! pointer; a controller of one's own, a Python object.
 
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use pyo3::PyTraverseError;
 use pyo3::exceptions::PyTypeError;
@@ -37,6 +38,13 @@ impl<const N: usize> AnyLaw<N> {
             _ => Err(PyTypeError::new_err(
                 "tracker: got a controller with another law, wants a ComputedTorque",
             )),
+        }
+    }
+
+    /// Tells a controller of one's own the period of its next torque \[s\].
+    pub fn tell(&self, period: f64) {
+        if let Self::Own(_, own) = self {
+            own.period.store(period.to_bits(), Ordering::Relaxed);
         }
     }
 
@@ -130,8 +138,8 @@ impl<const N: usize> Law<N> for AnyLaw<N> {
 /// sees NaN.
 pub(super) struct Own {
     controller: Py<PyAny>,
-    /// The period of the loop \[s\], which it is told.
-    period: f64,
+    /// The bits of the period that a torque is for \[s\], which it is told.
+    period: AtomicU64,
     raised: Mutex<Option<PyErr>>,
 }
 
@@ -145,6 +153,7 @@ impl Own {
             );
             return Err(PyTypeError::new_err(message));
         }
+        let period = AtomicU64::new(period.to_bits());
         Ok(Self { controller: controller.clone().unbind(), period, raised: Mutex::new(None) })
     }
 
@@ -164,7 +173,7 @@ impl Own {
                 row(&desired.q),
                 row(&desired.dq),
                 row(&desired.ddq),
-                self.period,
+                f64::from_bits(self.period.load(Ordering::Relaxed)),
             );
             let tau = self.controller.bind(py).call_method1("step", given);
             tau.and_then(|tau| vector(&tau, "step")).unwrap_or_else(|error| {

@@ -126,6 +126,7 @@ fn simulated<'py, const N: usize>(
     let Tracker { controller, state, latest, .. } = tracker;
     *latest = None;
     let options = settings.options()?;
+    controller.law.tell(options.control_period.unwrap_or(f64::NAN));
     let reference = Source::reference(reference, "reference")?;
     let run = py.detach(|| {
         let system = (plant, &**controller, &reference);

@@ -191,6 +191,7 @@ impl<const N: usize> Tracker<N> {
         if let Some(elapsed) = elapsed {
             controller.lasted(state, elapsed)?;
         }
+        controller.law.tell(dt);
         let command = controller.step_after(state, applied, q, dq, desired, dt)?;
         self.latest = Some(command);
         Ok(command.tau)

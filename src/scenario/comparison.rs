@@ -101,11 +101,15 @@ impl ActualSettings {
             within(name, values, not_negative, "a number >= 0")?;
         }
         let mut last = 0.0;
-        for ChangeSettings { at, viscous, coulomb } in &self.changes {
+        for (k, ChangeSettings { at, viscous, coulomb }) in self.changes.iter().enumerate() {
             let wanted = "a time after that of the change before, and after 0";
-            within("changes.at", &[*at], |at| at > last, wanted)?;
-            within("changes.viscous", viscous.as_slice(), not_negative, "a number >= 0")?;
-            within("changes.coulomb", coulomb.as_slice(), not_negative, "a number >= 0")?;
+            let friction = [("changes.viscous", viscous), ("changes.coulomb", coulomb)];
+            let checked = within("changes.at", &[*at], |at| at > last, wanted).and_then(|()| {
+                friction.into_iter().try_for_each(|(name, values)| {
+                    within(name, values.as_slice(), not_negative, "a number >= 0")
+                })
+            });
+            checked.map_err(|error| error.at(k))?;
             last = *at;
         }
         let share = self.friction_share.unwrap_or(0.0);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::curve::{Curve, CurveSettings, rows};
@@ -197,8 +197,18 @@ impl<'de> Visitor<'de> for OneOrMore {
         f.write_str("a disturbance or a list of them")
     }
 
-    fn visit_map<M: MapAccess<'de>>(self, map: M) -> std::result::Result<Self::Value, M::Error> {
-        PushSettings::deserialize(MapAccessDeserializer::new(map)).map(Into::into)
+    fn visit_map<M: MapAccess<'de>>(
+        self,
+        mut map: M,
+    ) -> std::result::Result<Self::Value, M::Error> {
+        let push = PushSettings::deserialize(MapAccessDeserializer::new(&mut map))?;
+        match map.next_key::<String>()? {
+            None => Ok(push.into()),
+            Some(key) => Err(M::Error::custom(format!(
+                "got {key:?} beside {:?}, wants one kind; [[disturbance]] makes a list of them",
+                push.name()
+            ))),
+        }
     }
 
     fn visit_seq<S: SeqAccess<'de>>(self, list: S) -> std::result::Result<Self::Value, S::Error> {

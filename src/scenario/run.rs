@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::numbers::PerJoint;
-use crate::error::Result;
+use crate::error::{Result, finite};
 use crate::sim::{Method, Options, Tolerance};
 
 /// Parameters of a simulation, [`Options`]; what is recorded is not among them.
@@ -80,6 +80,12 @@ impl RunSettings {
     /// # Errors
     /// As [`options`](Self::options).
     pub fn check(&self) -> Result<()> {
-        Self { q0: 0.0.into(), dq0: 0.0.into(), ..self.clone() }.options::<1>().map(drop)
+        finite("q0", self.q0.as_slice())?;
+        finite("dq0", self.dq0.as_slice())?;
+        // Tolerances are looked at whatever the method.
+        [MethodName::Dp54, self.method].into_iter().try_for_each(|method| {
+            let still = Self { q0: 0.0.into(), dq0: 0.0.into(), method, ..self.clone() };
+            still.options::<1>().map(drop)
+        })
     }
 }
