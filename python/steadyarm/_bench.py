@@ -78,12 +78,11 @@ def add_source(parser: argparse.ArgumentParser, **count: Any) -> None:
     add = parser.add_argument
     words = "a TOML file, a name that comes with the package, or a robot"
     add("source", metavar="SCENARIO", help=words, **count)
-    add("--payload", metavar="KG", type=number, default=2.0, help="of a robot (default: 2)")
+    add("--payload", metavar="KG", type=number, help="of a robot (default: 2)")
     add(
         "--bandwidth",
         metavar="P",
         type=number,
-        default=15.0,
         help="of all controllers on a robot [rad/s] (default: 15)",
     )
     add(
@@ -110,11 +109,12 @@ def scene_of(arguments: argparse.Namespace) -> Scenario:
             name = Path(source).stem
             return Scenario.of_robot(
                 arm,
-                payload=arguments.payload,
-                bandwidth=arguments.bandwidth,
-                armature=arguments.armature,
                 name=name,
+                **{"payload": 2.0, **_given(arguments)},
             )
+        given = [*_given(arguments), *(["tip"] if arguments.tip else [])]
+        if given:
+            raise Refused(f"--{given[0]}: for a robot alone; a scenario says it in its file")
         return Scenario.read(source)
     except OSError as error:
         raise Refused(f"scenario: cannot read {source}: {error.strerror or error}") from error
@@ -123,6 +123,12 @@ def scene_of(arguments: argparse.Namespace) -> Scenario:
             names = ", ".join(scenario_names())
             raise Refused(f"scenario: got {source!r}, wants one of {names}; or {error}") from error
         raise Refused(error) from error
+
+
+def _given(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What was said of a robot."""
+    of_robot = {name: getattr(arguments, name) for name in ("payload", "bandwidth", "armature")}
+    return {name: value for name, value in of_robot.items() if value is not None}
 
 
 def _run(arguments: argparse.Namespace) -> int:
@@ -174,4 +180,6 @@ def _compare(arguments: argparse.Namespace) -> int:
             write(path)
             say(f"written     {path}")
     statuses = {row.status for row in table.rows}
-    return STOPPED if "interrupted" in statuses else 0
+    if "interrupted" in statuses:
+        return STOPPED
+    return 0 if "finished" in statuses else FAILED

@@ -256,7 +256,8 @@ def slotine_li(
     No inverse of M is needed, and the error goes to zero for any load that is a load. Friction that
     is not in the model is not learnt. ``bandwidth`` p: slope p, damping p D; gain from p and how
     the arm will move, ``speed`` [rad/s] (1) and ``acceleration`` [rad/s²] (3). Take it for loads
-    that change slowly.
+    that change slowly, and with a ``hand_over``: the gain from a bandwidth counts on errors that
+    start small.
     """
     gains = {"slope": slope, "damping": damping, "gain": gain}
     motion = {"speed": speed, "acceleration": acceleration}

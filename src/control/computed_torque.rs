@@ -72,8 +72,8 @@ pub(crate) fn keeps_up(
     period: f64,
     delay: f64,
 ) -> Result<()> {
-    let wanted = "a rate of the loop [1/s], as this is one, of at most 0.35 / ((1/2 + delay) · \
-                  period): a lower bandwidth or a shorter period";
+    let wanted = "a loop whose fastest rate [1/s], the number here, is at most 0.35 / ((1/2 + \
+                  delay) · period): a lower bandwidth or a shorter period";
     within(parameter, rates, |rate| rate * (0.5 + delay) * period <= 0.35, wanted)
 }
 

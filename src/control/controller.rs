@@ -184,7 +184,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         if let Some(view) = view {
             state.front.view = view;
             if state.steps == 0 {
-                state.front.wait(&state.last_tau.unwrap_or_else(Vector::zeros));
+                let before = state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
+                state.front.wait(&before);
             }
         }
         state.pending = Some(Pending { sample, applied, dt });

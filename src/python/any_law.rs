@@ -48,6 +48,12 @@ impl<const N: usize> AnyLaw<N> {
         }
     }
 
+    /// Whether a controller of one's own has raised something.
+    pub fn has_raised(&self) -> bool {
+        let Self::Own(_, own) = self else { return false };
+        own.raised.lock().is_ok_and(|raised| raised.is_some())
+    }
+
     /// What a controller of one's own raised, if it did; it is forgotten here.
     pub fn raised(&self) -> Option<PyErr> {
         if let Self::Own(_, own) = self { own.raised.lock().ok()?.take() } else { None }
@@ -176,7 +182,10 @@ impl Own {
                 f64::from_bits(self.period.load(Ordering::Relaxed)),
             );
             let tau = self.controller.bind(py).call_method1("step", given);
-            tau.and_then(|tau| vector(&tau, "step")).unwrap_or_else(|error| {
+            let tau = tau.and_then(|tau| vector::<N>(&tau, "step"));
+            let known = |tau: &Vector<N>| tau.iter().all(|x| x.is_finite());
+            let tau = tau.map(|tau| if known(&tau) { tau } else { Vector::repeat(f64::NAN) });
+            tau.unwrap_or_else(|error| {
                 if let Ok(mut raised) = self.raised.lock() {
                     raised.get_or_insert(error);
                 }

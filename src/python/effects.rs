@@ -37,7 +37,7 @@ use crate::scenario::{EffectsSettings, SideName, VelocityName};
 /// gain: what arrives of a torque, as a share, scalar or (n,).
 /// lag: time constant of each drive [s], scalar or (n,).
 /// cogging: largest cogging torque [N·m], scalar or (n,), ``cogging_per_turn`` times in a turn.
-/// cogging_per_turn: as above.
+/// cogging_per_turn: as above. With joints that give, cogging acts on the link.
 /// joint_stiffness: of gears that give [N·m/rad], scalar or (n,); None: links follow their motors.
 ///     Needs a ``rotor_inertia``. The plant's own rotors are to be left out: ``with_armature(0)``.
 /// joint_damping: of the gears [N·m·s/rad], scalar or (n,).

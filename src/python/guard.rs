@@ -163,6 +163,7 @@ impl PyGuard {
             let applied = applied.map(|tau| vector(tau, "applied")).transpose()?;
             let seen = Seen { q, dq, desired, applied: applied.as_ref(), elapsed };
             let tracker = own.of(tracker)?;
+            tracker.controller.law.tell(own.parameters.control_period);
             let guarded = own.turn(tracker).step(&seen);
             Ok(array1(py, own.sent(tracker, guarded).as_slice()))
         })

@@ -1,5 +1,7 @@
 //! The simulation call, its record, and its metrics.
 
+use core::ops::ControlFlow;
+
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyValueError};
 use pyo3::prelude::*;
@@ -129,8 +131,12 @@ fn simulated<'py, const N: usize>(
     controller.law.tell(options.control_period.unwrap_or(f64::NAN));
     let reference = Source::reference(reference, "reference")?;
     let run = py.detach(|| {
-        let system = (plant, &**controller, &reference);
-        sim::simulate_by(system, state, guards.and_then(Own::of_run), &options, |t| monitor.look(t))
+        let (system, law) = ((plant, &**controller, &reference), &controller.law);
+        let guards = guards.and_then(Own::of_run);
+        sim::simulate_by(system, state, guards, &options, |t| {
+            // Through a guard the run would go on.
+            if law.has_raised() { ControlFlow::Break(()) } else { monitor.look(t) }
+        })
     });
     let mut run = run?;
     // All are asked: the plant outlives the run.

@@ -189,7 +189,10 @@ fn what_is_wrong_with_a_law_is_said_by_the_name_of_its_parameter() {
         ("law = \"pid\"\nkp = 8.0\nkv = 5.5\nki = 50.0", "ki[0]: got 50, wants less than"),
         ("law = \"slotine_li\"\nslope = 0.0\ndamping = 1.0\ngain = 1.0", "slope[0]: got 0"),
         ("law = \"super_twisting\"\nbandwidth = 10.0", "uncertainty: is missing"),
-        ("law = \"momentum_observer\"\nbandwidth = 600.0", "kv[0]: got 1200, wants a rate"),
+        (
+            "law = \"momentum_observer\"\nbandwidth = 600.0",
+            "kv[0]: got 1200, wants a loop whose fastest rate",
+        ),
         ("law = \"pd\"\nbandwidth = 1.0", "controllers.it.law: unknown variant `pd`"),
         ("law = \"pid\"\nbandwith = 1.0", "unknown field `bandwith`"),
         ("bandwidth = 1.0", "controllers.it: missing field `law`"),

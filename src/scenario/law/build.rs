@@ -5,6 +5,7 @@ use super::settings::*;
 use crate::arm::Arm;
 use crate::control::{
     BoxedCompensator, BoxedLaw, ComputedTorque, Dynamic, DynamicState, Feedback, Gains,
+    check_period,
 };
 use crate::error::{Error, Result};
 use crate::laws::{
@@ -80,6 +81,7 @@ impl LawSettings {
     where
         A: Arm<N> + Adapts<N> + Clone + Send + Sync + 'static,
     {
+        period.map_or(Ok(()), |period| check_period("control_period", period))?;
         let site = Site { arm, period, delay: delay as f64 };
         let built = match self {
             Self::ComputedTorque(it) => site.computed_torque(it),
