@@ -202,7 +202,12 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     pub fn lasted<S>(&self, state: &mut State<N, S>, elapsed: f64) -> Result<()> {
         check_period("elapsed", elapsed)?;
         match &mut state.pending {
-            Some(pending) => pending.dt = elapsed,
+            Some(pending) => {
+                if self.front.is_on() {
+                    state.front.lost = (libm::rint(elapsed / pending.dt) - 1.0).max(0.0);
+                }
+                pending.dt = elapsed;
+            }
             None if self.front.is_on() => state.front.period = elapsed,
             None => {}
         }

@@ -43,6 +43,8 @@ pub(crate) struct FrontMemory<const N: usize> {
     pub view: View<N>,
     /// Length of the period that ended last \[s\].
     pub period: f64,
+    /// Samples that were lost since the last step: its torque was held on.
+    pub lost: f64,
     /// What was asked for and commanded in the periods that ended, the latest first.
     sent: [Applied<N>; MAX_DELAY],
 }
@@ -66,7 +68,7 @@ impl<const N: usize> FrontMemory<N> {
         let zeros = Vector::zeros();
         let none = Applied::new(zeros, zeros);
         let view = View { age: -1.0, offset: [zeros; 2], error: [zeros; 2], bump: zeros };
-        Self { view, period: 0.0, sent: [none; MAX_DELAY] }
+        Self { view, period: 0.0, lost: 0.0, sent: [none; MAX_DELAY] }
     }
 
     /// Hands over anew at the next sample.
@@ -82,20 +84,21 @@ impl<const N: usize> FrontMemory<N> {
     /// Remembers what was commanded in a period of `dt` \[s\] that ends.
     pub fn ended(&mut self, commanded: &Applied<N>, dt: f64) {
         self.period = dt;
-        self.sent.rotate_right(1);
-        self.sent[0] = *commanded;
+        held_on(&mut self.sent, commanded, self.lost);
+        self.lost = 0.0;
     }
 
     /// Writes it.
     pub fn write(&self, put: &mut dyn FnMut(&[u8])) {
-        put_all(put, &[self.period, self.view.age]);
+        put_all(put, &[self.period, self.lost, self.view.age]);
         self.parts().for_each(|part| put_all(put, part.as_slice()));
     }
 
     /// What a saved state says.
     pub(in crate::control) fn read(rest: &mut Numbers<'_>) -> Result<Self> {
         let mut memory = Self::new();
-        (memory.period, memory.view.age) = (rest.number()?, rest.number()?);
+        (memory.period, memory.lost) = (rest.number()?, rest.number()?);
+        memory.view.age = rest.number()?;
         let view = &mut memory.view;
         let [offset, slope] = &mut view.offset;
         let [error, rate] = &mut view.error;
@@ -105,7 +108,7 @@ impl<const N: usize> FrontMemory<N> {
         }
         memory.sent.iter_mut().for_each(|it| it.commanded = it.tau);
         let finite = memory.parts().all(|part| part.iter().all(|x| x.is_finite()));
-        let timed = (0.0..=1.0).contains(&memory.period);
+        let timed = (0.0..=1.0).contains(&memory.period) && (0.0..=1e9).contains(&memory.lost);
         let aged = memory.view.age == -1.0 || memory.view.age >= 0.0;
         if finite && timed && aged && memory.view.age.is_finite() {
             Ok(memory)
@@ -225,6 +228,35 @@ impl Front {
         memory: &FrontMemory<N>,
         commanded: &Applied<N>,
     ) -> Applied<N> {
-        self.delay.checked_sub(1).and_then(|k| memory.sent.get(k)).map_or(*commanded, |it| *it)
+        let FrontMemory { sent, lost, .. } = memory;
+        if self.delay == 0 || *lost == 0.0 {
+            return *self.delay.checked_sub(1).and_then(|k| sent.get(k)).unwrap_or(commanded);
+        }
+        let mean = |of: fn(&Applied<N>) -> Vector<N>| {
+            mean_acting(self.delay, *lost, &of(commanded), &sent.map(|it| of(&it)))
+        };
+        Applied { asked: mean(|it| it.asked), tau: mean(|it| it.tau), ..*commanded }
     }
+}
+
+/// The mean torque that acts in a period and the `lost` ones after it, in which its torque `last`
+/// was held on; `older` are those of the periods before, the latest first.
+pub(crate) fn mean_acting<const N: usize>(
+    delay: usize,
+    lost: f64,
+    last: &Vector<N>,
+    older: &[Vector<N>; MAX_DELAY],
+) -> Vector<N> {
+    let periods = lost + 1.0;
+    let waited = (delay as f64).min(periods);
+    let mut sum = last * (periods - waited);
+    older[..delay].iter().rev().take(waited as usize).for_each(|torque| sum += torque);
+    sum / periods
+}
+
+/// Puts the torque of a period and of the `lost` ones after it before those that are older.
+pub(crate) fn held_on<T: Copy>(older: &mut [T; MAX_DELAY], last: &T, lost: f64) {
+    let more = (lost as usize + 1).min(MAX_DELAY);
+    older.rotate_right(more);
+    older[..more].fill(*last);
 }

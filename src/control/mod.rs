@@ -45,6 +45,8 @@ pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
 pub use front::{Front, MAX_DELAY};
+#[cfg(feature = "std")]
+pub(crate) use front::{held_on, mean_acting};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
 pub use guard::{
     Brake, Cause, Event, Events, Guard, GuardMemory, GuardParameters, GuardState, Guarded,

@@ -19,7 +19,9 @@ use super::run::Run;
 use super::sampled::{Guarding, Sampled};
 use super::status::Cause;
 use crate::arm::Arm;
-use crate::control::{Channel, Command, Compensator, Law, MAX_DELAY, State, Width};
+use crate::control::{
+    Channel, Command, Compensator, Law, MAX_DELAY, State, Width, held_on, mean_acting,
+};
 use crate::effects::{Clock, Drive, Effects, Measuring, Side, Transmission};
 use crate::error::Result;
 use crate::math::Vector;
@@ -76,8 +78,11 @@ struct Line<const N: usize> {
     drive: Drive<N>,
     /// Torques on their way, the latest first; the one that has waited long enough acts.
     sent: [Vector<N>; MAX_DELAY + 1],
-    /// What the drives told of each torque that was asked for, the latest first.
-    told: [Vector<N>; MAX_DELAY + 1],
+    /// What the drives told of the last torque that was asked for, and of those in the periods before
+    /// it, the latest first; and how many samples were lost since.
+    told: Vector<N>,
+    older: [Vector<N>; MAX_DELAY],
+    lost: f64,
     /// The motors, where gears give.
     motors: Option<MotorState<N>>,
     /// What was measured last, and when \[s\].
@@ -94,12 +99,23 @@ impl<const N: usize> Line<N> {
             measuring: Measuring::new(sensors, seed),
             drive: Drive::new(actuators, effort_limit, begun),
             sent: [*begun; MAX_DELAY + 1],
-            told: [*begun; MAX_DELAY + 1],
+            told: *begun,
+            older: [*begun; MAX_DELAY],
+            lost: 0.0,
             motors: None,
             measured: [Vector::zeros(); 2],
             seen_at: 0.0,
             command: None,
         }
+    }
+
+    /// What the drives told of the torque that acted since the last sample, in a loop that is late
+    /// by so many [N·m].
+    fn acted(&self, delay: usize) -> Vector<N> {
+        if delay == 0 || self.lost == 0.0 {
+            return *delay.checked_sub(1).and_then(|k| self.older.get(k)).unwrap_or(&self.told);
+        }
+        mean_acting(delay, self.lost, &self.told, &self.older)
     }
 
     /// What arrives at the links now [N·m].
@@ -204,7 +220,7 @@ where
                 break;
             }
         }
-        let told = line.told[self.controller.front.delay];
+        let told = line.acted(self.controller.front.delay);
         if let Err(error) = self.controller.end_period(state, Some(&told)) {
             record.diverged(record.time(record.steps), Cause::Rejected(error));
         }
@@ -237,7 +253,7 @@ where
             line.seen_at = t;
             let [q, dq] = &line.measured;
             let sample = self.controller.sample(q, dq, &self.reference.at(t));
-            let told = (!begun).then(|| line.told[self.controller.front.delay]);
+            let told = (!begun).then(|| line.acted(self.controller.front.delay));
             match guard {
                 None => {
                     if !begun {
@@ -256,11 +272,16 @@ where
             None
         };
         let told = match &command {
-            None => line.sent[0],
+            None => {
+                line.lost += 1.0;
+                line.sent[0]
+            }
             Some(command) => {
                 let told = line.drive.ask(&command.tau, elapsed);
-                line.told.rotate_right(1);
-                line.told[0] = told;
+                if !begun {
+                    held_on(&mut line.older, &line.told, line.lost);
+                }
+                (line.told, line.lost) = (told, 0.0);
                 told
             }
         };

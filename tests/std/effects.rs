@@ -1,10 +1,12 @@
 //! The loop through sensors, timing and actuators.
 
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use steadyarm::arm::{Arm, TwoLink};
 use steadyarm::control::{
-    Compensator, ComputedTorque, Controller, DynamicState, Front, Law, NoCompensation, State,
+    Applied, Compensator, ComputedTorque, Controller, Dynamic, DynamicState, Front, Law,
+    NoCompensation, Sample, State,
 };
 use steadyarm::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
 use steadyarm::laws::{DisturbanceObserver, Integral};
@@ -318,4 +320,39 @@ fn stiff_gears_are_a_rigid_arm_and_soft_ones_are_not() {
     };
     let (stiff, soft, loose) = (apart(&at(1e6, 0.0)), apart(&at(3e2, 0.0)), apart(&at(1e4, 0.02)));
     assert!(stiff < 2e-4 && soft > 10.0 * stiff && loose > 10.0 * stiff, "{stiff} {soft} {loose}");
+}
+
+/// Counts how often it is told of a torque that a limit cut.
+#[derive(Default)]
+struct Counting(AtomicUsize, AtomicUsize);
+
+impl Dynamic<2, 2> for Counting {
+    fn estimate(&self, _: &Vector<2>, _: &Sample<2>) -> Vector<2> {
+        Vector::zeros()
+    }
+
+    fn rate(&self, _: &Vector<2>, _: &Sample<2>, applied: &Applied<2>) -> Vector<2> {
+        let told = if applied.limited() { &self.0 } else { &self.1 };
+        told.fetch_add(1, Ordering::Relaxed);
+        Vector::zeros()
+    }
+}
+
+/// Where no limit acts, what a controller is told is what it asked for, to the bit: in a late loop,
+/// and where samples are lost in it. A lost one is no limit.
+#[test]
+fn a_lost_sample_in_a_late_loop_is_no_limit() {
+    for (delay, drop, jitter) in [(0, 0.3, 0.2), (1, 0.3, 0.0), (2, 0.5, 0.2), (4, 0.6, 0.0)] {
+        let front = Front { velocity_filter: Some(60.0), delay, ..Front::default() };
+        let law = computed();
+        let controller = Controller::new(law, Counting::default()).with_front(front).unwrap();
+        let timing = Timing { delay, drop, jitter };
+        let effects = Effects { timing, ..Effects::default() };
+        let options = Options { duration: 3.0, ..options(effects) };
+        let run = run(&controller, DynamicState::new(), &options);
+        assert_eq!(run.status, Status::Finished);
+        let Counting(limited, free) = &controller.compensator;
+        assert_eq!(limited.load(Ordering::Relaxed), 0, "{delay} {drop}");
+        assert!(free.load(Ordering::Relaxed) > 1000);
+    }
 }
