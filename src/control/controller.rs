@@ -185,7 +185,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             state.front.view = view;
             if state.steps == 0 {
                 let before = state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
-                state.front.wait(&before);
+                state.front.wait(&self.limits.clamp(&before));
             }
         }
         state.pending = Some(Pending { sample, applied, dt });

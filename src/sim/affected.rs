@@ -171,6 +171,7 @@ where
     {
         let (period, begun) = (self.hold as f64 * record.dt, state.last_tau);
         let begun = begun.unwrap_or_else(|| self.controller.law.resting_torque(&motion.q));
+        let begun = self.plant.applied(&begun);
         let mut line = Line::new(effects, *self.plant.effort_limit(), period, &begun);
         let own = self.controller.compensator.channels();
         let own: usize = own.iter().map(|channel| channel.width.of(N)).sum();

@@ -134,7 +134,7 @@ def test_a_delay_shifts_the_torque_by_so_many_rows(delay: int) -> None:
     found = run(delay=delay)
     sent = found.tau_commanded[: STEPS - delay]
     assert (found.tau[delay:STEPS] == sent).all()
-    assert (found.tau[:delay] == 0.0).all()
+    assert (found.tau[:delay] == nominal(TWO).gravity(found.q[0])).all()
     tracker = made("computed_torque", TWO, last_tau=[3.0, -2.0])
     found = simulated(tracker, TWO, effects=sa.Effects(delay=delay))
     assert (found.tau[:delay] == [3.0, -2.0]).all()
@@ -164,7 +164,7 @@ def test_a_lost_sample_holds_torque_and_measurement() -> None:
 
 def test_a_drive_follows_no_faster_than_its_rate_limit() -> None:
     found, rate = run(effort_rate_limit=[500.0, 2000.0]), np.array([500.0, 2000.0])
-    limited, told = np.zeros(2), []
+    limited, told = nominal(TWO).gravity(found.q[0]), []
     for sent in found.tau_commanded[:STEPS]:
         limited = np.clip(sent, limited - rate * H, limited + rate * H)
         told.append(limited)
@@ -180,7 +180,7 @@ def test_a_gain_is_what_arrives() -> None:
 def test_a_lag_is_a_first_order_filter() -> None:
     lag = np.array([2e-3, 10e-3])
     found = run(lag=lag, gain=1.2)
-    arrived, fading = [np.zeros(2)], np.exp(-H / lag)
+    arrived, fading = [1.2 * nominal(TWO).gravity(found.q[0])], np.exp(-H / lag)
     for sent in found.tau_commanded[: STEPS - 1]:
         arrived.append(1.2 * sent + (arrived[-1] - 1.2 * sent) * fading)
     assert np.allclose(found.tau[:STEPS], arrived, rtol=1e-12, atol=1e-12)

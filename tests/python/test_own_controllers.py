@@ -65,7 +65,6 @@ def test_a_controller_has_the_object_and_hands_it_the_samples() -> None:
     assert (tau == np.clip(wanted, -4.0, 4.0)).all() and controller.steps == 5
 
 
-@pytest.mark.xfail(strict=True, reason="it is told the controller's period, and NaN without one")
 def test_it_is_told_the_dt_of_the_step() -> None:
     own = Springs()
     controller = sa.Controller(nominal(TWO), own)

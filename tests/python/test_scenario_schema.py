@@ -71,12 +71,7 @@ def test_both_refuse_an_unknown_key_and_know_the_same_ones(
     [
         "reference",
         "transfer",
-        pytest.param(
-            "disturbance",
-            marks=pytest.mark.xfail(
-                strict=True, reason="of two in one section the second is dropped without a word"
-            ),
-        ),
+        "disturbance",
     ],
 )
 def test_both_refuse_two_of_a_choice(section: str) -> None:
