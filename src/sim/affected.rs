@@ -78,8 +78,8 @@ struct Line<const N: usize> {
     drive: Drive<N>,
     /// Torques on their way, the latest first; the one that has waited long enough acts.
     sent: [Vector<N>; MAX_DELAY + 1],
-    /// What the drives told of the last torque that was asked for, and of those in the periods before
-    /// it, the latest first; and how many samples were lost since.
+    /// What the drives told of the last torque that was asked for, of those in the periods before,
+    /// the latest first, and how many samples were lost since.
     told: Vector<N>,
     older: [Vector<N>; MAX_DELAY],
     lost: f64,
