@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! difference   v ← v + (1 − e^(−2πfh)) ((q − q₋)/h − v)
-//! tracking     ẑ₁' = z₂, ẑ₂' = −r²(z₁ − q) − 2r z₂        (a differentiator with a double pole −r)
+//! tracking     ẑ₁' = z₂, ẑ₂' = −r²(z₁ − q) − 2r z₂, q straight from sample to sample
 //! Kalman       the steady gains α, β of a motion under noise of acceleration
 //! ```
 //!
@@ -87,6 +87,8 @@ pub(crate) struct Measuring<const N: usize> {
     sensors: Sensors<N>,
     /// Position as it was filtered or measured last, and velocity; `None` before the first sample.
     last: Option<[Vector<N>; 2]>,
+    /// Position as it was measured last.
+    measured: Vector<N>,
     position: Random,
     velocity: Random,
 }
@@ -95,7 +97,7 @@ impl<const N: usize> Measuring<N> {
     /// Before the first sample.
     pub fn new(sensors: Sensors<N>, seed: u64) -> Self {
         let (position, velocity) = (Random::new(seed, POSITION), Random::new(seed, VELOCITY));
-        Self { sensors, last: None, position, velocity }
+        Self { sensors, last: None, measured: Vector::zeros(), position, velocity }
     }
 
     /// What is measured of a motion, `elapsed` \[s\] after the last sample. Before the second one
@@ -119,7 +121,7 @@ impl<const N: usize> Measuring<N> {
             None => [q, Vector::zeros()],
             Some([last, v]) => self.followed(&q, &last, &v, elapsed),
         };
-        self.last = Some([at, v]);
+        (self.last, self.measured) = (Some([at, v]), q);
         (q, v)
     }
 
@@ -132,11 +134,14 @@ impl<const N: usize> Measuring<N> {
                 [*q, v + ((q - last) / h - v) * share]
             }
             Velocity::Tracking(r) => {
-                // Exact for a position that stays: with z = z₁ − q, (z + (ż + rz)t) e^(−rt).
-                let (apart, fading) = (last - q, exp(-r * h));
-                let slope = v + apart * r;
-                let along = apart + slope * h;
-                [q + along * fading, (slope - along * r) * fading]
+                // With u the slope of q, y = z₁ − q + 2u/r and w = z₂ − u fade: exactly, as
+                // (y + (w + ry)t) e^(−rt).
+                let slope = (q - self.measured) / h;
+                let lag = slope * (2.0 / r);
+                let (apart, fading) = (last - self.measured + lag, exp(-r * h));
+                let rate = v - slope + apart * r;
+                let along = apart + rate * h;
+                [q - lag + along * fading, slope + (rate - along * r) * fading]
             }
             Velocity::Kalman(acceleration) => {
                 let foreseen = last + v * h;
@@ -194,8 +199,9 @@ mod tests {
     fn every_velocity_settles_on_the_slope_of_a_ramp() {
         let all = [Velocity::Difference(100.0), Velocity::Tracking(300.0), Velocity::Kalman(50.0)];
         for velocity in all {
-            let ideal = Sensors { encoder: [1e-9], ..sensors(velocity) };
-            let mut measuring = Measuring::new(ideal, 0);
+            // Every sample is a whole number of steps on.
+            let exact = Sensors { encoder: [1e-5], ..sensors(velocity) };
+            let mut measuring = Measuring::new(exact, 0);
             let mut v = 0.0;
             for k in 0..2000 {
                 let q = Vector::<1>::new(0.7 * f64::from(k) * 1e-3);

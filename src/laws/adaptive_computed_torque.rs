@@ -25,6 +25,9 @@ const LEAST: f64 = 0.2;
 /// Planes that a projection goes to at the most; a sample needs one as a rule.
 const PLANES: usize = 8;
 
+/// How often what is still outside is halved at the most.
+const HALVINGS: usize = 60;
+
 /// The adaptation of the nominal arm's parameters, for computed torque.
 #[derive(Clone, Copy, Debug)]
 pub struct AdaptiveComputedTorque<const N: usize, const K: usize, A> {
@@ -151,23 +154,32 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> AdaptiveComputedTorque
     }
 
     /// θ̃ in the half-spaces xᵀM̂x ≥ xᵀM₀x · 2 LEAST, as far as it violates one, and M̂ there. The
-    /// distance to every θ̃ within them falls, in the metric of the gain.
+    /// distance to every θ̃ within them falls, in the metric of the gain. What is too far off for
+    /// that goes towards the nominal parameters.
     fn kept(&self, q: &Vector<N>, mut theta: Vector<K>) -> (Vector<K>, Matrix<N>) {
         let (nominal, weight) = (self.arm.mass_matrix(q), self.weight(q));
         let unit = |j: usize| Vector::from_fn(|i, _| if i == j { 1.0 } else { 0.0 });
         let columns: [_; N] = core::array::from_fn(|j| self.inertial(q, &unit(j), &weight));
-        let mut mass = nominal;
-        for _ in 0..PLANES {
-            mass = nominal;
+        let mass_of = |theta: &Vector<K>| {
+            let mut mass = nominal;
             for (j, column) in columns.iter().enumerate() {
                 let grown = mass.column(j) + column * theta;
                 mass.set_column(j, &grown);
             }
+            mass
+        };
+        let mut mass = mass_of(&theta);
+        for tried in 0..PLANES + HALVINGS {
             let Some(x) = Factor::indefinite(&(mass - nominal * LEAST)) else { break };
-            let plane = self.inertial(q, &x, &weight).tr_mul(&x);
-            let steps = Vector::from_fn(|k, _| self.gain[k] * plane[k]);
-            let missing = x.dot(&((nominal * (2.0 * LEAST) - mass) * x));
-            theta += steps * (missing / plane.dot(&steps));
+            if tried < PLANES {
+                let plane = self.inertial(q, &x, &weight).tr_mul(&x);
+                let steps = Vector::from_fn(|k, _| self.gain[k] * plane[k]);
+                let missing = x.dot(&((nominal * (2.0 * LEAST) - mass) * x));
+                theta += steps * (missing / plane.dot(&steps));
+            } else {
+                theta *= 0.5;
+            }
+            mass = mass_of(&theta);
         }
         (theta, mass)
     }

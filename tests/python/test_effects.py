@@ -81,8 +81,8 @@ def difference(q: np.ndarray) -> np.ndarray:
 
 def tracking(q: np.ndarray, r: float = 250.0) -> np.ndarray:
     """Z' = A Z + B q held for a period, by the exponential of the matrix, from its series."""
-    a = np.array([[0.0, 1.0, 0.0], [-r * r, -2 * r, r * r], [0, 0, 0]]) * H
-    power, whole = np.eye(3), np.eye(3)
+    a = np.array([[0, 1, 0, 0], [-r * r, -2 * r, r * r, 0], [0, 0, 0, 1], [0, 0, 0, 0]]) * H
+    power, whole = np.eye(4), np.eye(4)
     for k in range(1, 40):
         power = power @ a / k
         whole = whole + power
@@ -90,7 +90,8 @@ def tracking(q: np.ndarray, r: float = 250.0) -> np.ndarray:
     for joint in range(q.shape[1]):
         z = np.array([q[0, joint], 0.0])
         for k in range(1, len(q)):
-            z = whole[:2] @ [*z, q[k, joint]]
+            last = q[k - 1, joint]
+            z = whole[:2] @ [*z, last, (q[k, joint] - last) / H]
             v[k, joint] = z[1]
     return v
 
