@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import partial
 from operator import index
 from pathlib import Path
@@ -31,8 +31,6 @@ LIBRARY = Path(__file__).parent / "scenarios"
 
 TIMED_STEPS = 2000
 """Steps of which the processor time is taken."""
-
-Made = Callable[[_core.Arm], Any]
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,11 @@ class Scenario:
         [kg·m²]: rotors that the controllers know of, scalar or (n,); None: as the arm has them.
         """
         if armature is not None:
-            assert isinstance(arm, _core.Serial)
+            if not isinstance(arm, _core.Serial):
+                raise ValueError(
+                    "armature is for a robot from a file (a Serial); "
+                    f"got one for a {type(arm).__name__}: leave it out"
+                )
             arm = arm.with_armature(armature)
         actual: dict[str, Any] = {"friction_share": friction_share}
         if payload:
@@ -474,8 +476,3 @@ def _sweep(arm: _core.Arm) -> _core.Sines:
     frequency = speed / np.maximum(reach, 1e-3)
     frequency = np.minimum(frequency, 2.0) * (1 + 0.1 * np.arange(arm.joints) / arm.joints)
     return _core.Sines(frequency, sin=np.diag(reach), offset=middle)
-
-
-def with_controllers(scene: Scenario, controllers: Mapping[str, Any]) -> Scenario:
-    """The scene with other controllers."""
-    return replace(scene, controllers=controllers)
