@@ -47,6 +47,7 @@ mod passive;
 mod passive_fuzzy;
 mod pd_gravity;
 mod rbf_network;
+mod recommended;
 mod rise;
 mod robust;
 mod sliding_mode;
@@ -66,6 +67,9 @@ pub use passive::Passive;
 pub use passive_fuzzy::PassiveFuzzy;
 pub use pd_gravity::PdGravity;
 pub use rbf_network::RbfNetwork;
+#[cfg(feature = "std")]
+pub use recommended::{Circumstances, Rule};
+pub use recommended::{FeedForward, LearnedTorque, LearnedTorqueState, LearningGains, Learns};
 pub use rise::Rise;
 pub use robust::Robust;
 pub use sliding_mode::{Mismatch, SlidingMode};
