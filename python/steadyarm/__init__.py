@@ -45,8 +45,10 @@ from ._core import (
 )
 from ._scene import VERSION as _VERSION
 from .bench import Scenario, compare, scenario_names
+from .centers import centers_for
 from .comparison import Comparison
 from .design import DesignReport, design
+from .learnable import Learnable, learnable
 from .metrics import Metrics
 from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
@@ -79,6 +81,7 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "GuardReport",
+    "Learnable",
     "Metrics",
     "NoStabilizingSolution",
     "Noise",
@@ -99,9 +102,11 @@ __all__ = [
     "__version__",
     "bounded_real_riccati",
     "care",
+    "centers_for",
     "compare",
     "design",
     "laws",
+    "learnable",
     "paper",
     "read_scenario",
     "replay",
