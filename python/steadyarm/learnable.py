@@ -295,8 +295,7 @@ def _payload_deviations(arm: _core.Serial, rows: Array, friction: Array, mass: f
 
 def _triangle(rows: Array) -> Array:
     """R of QR: it has the singular values of the rows, and far fewer rows."""
-    triangle: Array = np.linalg.qr(rows, mode="r")
-    return triangle
+    return np.asarray(np.linalg.qr(rows, mode="r"), dtype=float)
 
 
 def _carried(arm: _core.Serial) -> Array:
