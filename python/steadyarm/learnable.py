@@ -240,19 +240,15 @@ def _equations(arm: _core.Serial, course: Course, sigma: Array) -> tuple[Array, 
 
     As many as ROWS points have, with the weight of one every PERIOD.
     """
-    n = arm.joints
+    n, joints = arm.joints, np.arange(arm.joints)
     at = np.unique(np.linspace(0, len(course.t) - 1, ROWS).astype(int))
-    weight = np.sqrt(course.t[-1] / PERIOD / len(at)) / sigma
-    rows, friction = np.empty((len(at), n, 10 * n)), np.zeros((len(at), n, 2, n))
-    for k, place in enumerate(at):
-        rows[k] = arm.regressor(course.q[place], course.dq[place], course.ddq[place])
-    joints = np.arange(n)
+    points = zip(course.q[at], course.dq[at], course.ddq[at], strict=True)
+    rows = np.array([arm.regressor(*point) for point in points])
+    friction = np.zeros((len(at), n, 2, n))
     friction[:, joints, 0, joints] = np.tanh(course.dq[at] / FAST)
     friction[:, joints, 1, joints] = course.dq[at]
-    rows *= weight[:, None]
-    return rows.reshape(-1, 10 * n), (friction.reshape(len(at), n, -1) * weight[:, None]).reshape(
-        -1, 2 * n
-    )
+    weight = np.tile(np.sqrt(course.t[-1] / PERIOD / len(at)) / sigma, len(at))[:, None]
+    return rows.reshape(-1, 10 * n) * weight, friction.reshape(-1, 2 * n) * weight
 
 
 def _sizes(arm: _core.Serial) -> Array:
@@ -285,9 +281,9 @@ def _payload_deviations(arm: _core.Serial, rows: Array, friction: Array, mass: f
     columns = np.hstack([rows[:, -10:] @ _carried(arm) * sizes, friction])
     triangle = _triangle(columns)
     norms = np.linalg.norm(triangle, axis=0)
-    seen = norms > 0.0
+    seen = norms > 1.0 / UNKNOWN
     _, size, axes = np.linalg.svd(triangle[:, seen] / norms[seen], full_matrices=False)
-    size = np.maximum(size, UNSEEN * size[0])
+    size = np.maximum(size, UNSEEN * size.max(initial=0.0))
     deviations = np.full(columns.shape[1], np.inf)
     deviations[seen] = np.linalg.norm(axes.T / size, axis=1) / norms[seen]
     return sizes * np.where(deviations[:10] > UNKNOWN, np.inf, deviations[:10])

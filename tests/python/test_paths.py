@@ -263,7 +263,7 @@ def learnt(gain: float, inertia_ratio: float | None = None) -> tuple[sa.Computed
 
 
 def test_the_paper_s_rules_over_the_path_do_what_the_manual_says() -> None:
-    """Figures of docs/symptoms.md; "printed" and "claimed" are in test_rivals_promises.py."""
+    """Figures of docs/symptoms.md; "printed" and "claimed" are in test_cli.py."""
     _, report = learnt(1.0, inertia_ratio=0.5)
     assert all("a gain of about 225 removes 90 %" in line for line in report.findings)
     path, plant = sa.paper.reference(), sa.paper.simulation(2).plant
