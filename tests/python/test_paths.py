@@ -277,3 +277,33 @@ def test_the_paper_s_rules_over_the_path_do_what_the_manual_says() -> None:
     q0, dq0, _ = path(0.0)
     again = sa.simulate(plant, frozen, path, 40.0, q0=q0, dq0=dq0).metrics(window=(20, 40))
     assert np.array_equal(again.rms_e.round(4), [0.0044, 0.0049])
+
+
+def test_with_sensors_and_on_another_motion_they_do_what_the_manual_says() -> None:
+    sensors = sa.Effects(encoder_bits=16, velocity="difference", velocity_cutoff=100.0, delay=1)
+    path, plant = sa.paper.reference(), sa.paper.simulation(2).plant
+    tracker = learnt(225.0)[0].__replace__(hand_over=2.0, velocity_filter=100.0, delay=1)
+    options = {"control_period": 1e-3, "effects": sensors}
+    run = sa.simulate(plant, tracker, path, 40.0, **options)
+    assert round(length(run), 1) == 8.1
+    assert round(float(np.abs(run.tau).max()), 1) == 13.6
+    frozen = run.tracker
+    frozen.freeze()
+    q0, dq0, _ = path(0.0)
+    assert (
+        round(length(sa.simulate(plant, frozen, path, 40.0, q0=q0, dq0=dq0, **options)), 1) == 6.5
+    )
+    other = sa.Sines([0.7, 2.0], sin=[[0.4, 0.3], [0.1, -0.1]], offset=[-0.1, 0.2])
+    q0, dq0, _ = other(0.0)
+    moved = sa.simulate(plant, frozen, other, 40.0, q0=q0, dq0=dq0, **options)
+    plain = sa.ComputedTorque(
+        sa.paper.nominal(), **sa.paper.FEEDBACK, velocity_filter=100.0, delay=1
+    )
+    without = sa.simulate(plant, plain, other, 40.0, q0=q0, dq0=dq0, **options)
+    assert np.array_equal(moved.metrics(window=(20, 40)).rms_e.round(2), [0.19, 0.55])
+    assert np.array_equal(without.metrics(window=(20, 40)).rms_e.round(2), [0.18, 0.51])
+
+
+def length(run: sa.Run) -> float:
+    """RMS of |e| from 20 to 40 s [mrad]."""
+    return 1e3 * float(np.linalg.norm(run.metrics(window=(20, 40)).rms_e))
