@@ -98,7 +98,7 @@ class DesignReport:
             if known:
                 lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(known))
         if self.learnable is not None:
-            lines += ["", "What can be learnt along the path:", str(self.learnable)]
+            lines += ["", "What this path can teach:", str(self.learnable)]
         if self.left_out:
             lines += ["", "Not in these figures: " + "; ".join(self.left_out) + "."]
         if self.findings:
@@ -151,7 +151,8 @@ def design(
     The figures are those of a linear model, with the leak and the normalisation in it; ``left_out``
     says what is not. Along a ``path`` it is the sampled loop of all joints, with the arms
     linearised at 64 points of it and the rules as they fire there; otherwise each joint by itself,
-    with the rules at the error 0. Where the rules see where the arm is (inputs "state",
+    with the rules at the error 0. It then says too what the path can teach, as `learnable` does, and
+    how the sets cover it; `centers_for` makes sets that do. Where the rules see where the arm is (inputs "state",
     "reference", "trajectory"), a path is needed: without one there is no verdict.
 
     A control period above three quarters of the longest stable one is refused, one above a third of

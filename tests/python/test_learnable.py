@@ -205,7 +205,7 @@ def test_the_report_of_a_design_along_a_path_has_it() -> None:
     alone = sa.learnable(scene.tracker, scene.reference)
     assert report.learnable is not None
     assert report.learnable.sentences == alone.sentences
-    assert f"What can be learnt along the path:\n{alone}\n" in str(report)
+    assert f"What this path can teach:\n{alone}\n" in str(report)
     assert sa.design(scene.tracker).learnable is None
     assert (
         sa.learnable(sa.laws.pid(scene.tracker.arm, bandwidth=9.0), scene.reference).coverage
