@@ -6,11 +6,12 @@
 >>> print(run.metrics(window=(20, 40)))
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
-(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
-`Plant` that `Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a
-reference (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`,
-which runs every controller of a `Scenario`. `plots` and `animation` are imported when they are
-first used.
+(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, whose sets `centers_for`
+takes from a path, or another of `laws`), a `Plant` that `Pulses`, `Noise`, `Wrench` and curves
+push, `Effects` of sensors and actuators, a reference (`Sines`, `Quintic`, `Table`, `Waypoints` or
+any callable), `simulate()`, and `compare()`, which runs every controller of a `Scenario`. `design`
+and `learnable` say beforehand what will come of it. `plots` and `animation` are imported when they
+are first used.
 """
 
 from importlib import import_module as _import_module

@@ -209,7 +209,7 @@ def _positive(name: str, value: ArrayLike, joints: int) -> Array:
     try:
         numbers = np.broadcast_to(np.asarray(value, float), (joints,))
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: got {value!r}, wants a number or {joints} of them") from None
+        raise TypeError(f"{name}: got {value!r}, wants a number, or ({joints},) of them") from None
     if not (np.isfinite(numbers) & (numbers > 0.0)).all():
         raise ValueError(f"{name}: got {value!r}, wants numbers > 0")
     return numbers
