@@ -80,9 +80,9 @@ def centers_for(
         over a period of the slowest; a callable needs it.
     error: what the error will be. The inputs ``e`` and ``de`` need it, for it does not follow from
         the path: a `Run` of the controller without a compensator, which is the largest that its
-        rules will see; or the largest (\\|e\\| [rad], \\|de\\| [rad/s]), scalars or (n,). Their
-        ranges are symmetric, so that an odd number of sets has one where there is no error. With
-        it, ``q`` and ``dq`` reach that much beyond the path too.
+        rules will see; or how large at most, (e [rad], de [rad/s]), scalars or (n,). Their ranges
+        are symmetric, so that an odd number of sets has one where there is no error. With it, ``q``
+        and ``dq`` reach that much beyond the path too.
     margin: room at both ends, as a part of the range, >= 0.
     crossing: height at which neighbouring sets cross, 0 to 1.
 
@@ -104,10 +104,8 @@ def centers_for(
     for (signal, scale), count in zip(signals, counts, strict=True):
         low, high = np.sort(scale * _range(signal, figures, errors), axis=0)
         middle, half = 0.5 * (low + high), (0.5 + margin) * _spans(high - low)
-        if count == 1:
-            centers += [[float(x)] for x in middle]
-        else:
-            centers += np.linspace(middle - half, middle + half, count, axis=1).tolist()
+        reach = half if count > 1 else np.zeros_like(half)
+        centers += np.linspace(middle - reach, middle + reach, count, axis=1).tolist()
         width += (over * 2.0 * half / max(count - 1, 1)).tolist()
     return {"centers": centers, "width": width, "inputs": inputs}
 

@@ -151,9 +151,10 @@ def design(
     The figures are those of a linear model, with the leak and the normalisation in it; ``left_out``
     says what is not. Along a ``path`` it is the sampled loop of all joints, with the arms
     linearised at 64 points of it and the rules as they fire there; otherwise each joint by itself,
-    with the rules at the error 0. It then says too what the path can teach, as `learnable` does, and
-    how the sets cover it; `centers_for` makes sets that do. Where the rules see where the arm is (inputs "state",
-    "reference", "trajectory"), a path is needed: without one there is no verdict.
+    with the rules at the error 0. Where the rules see where the arm is (inputs "state",
+    "reference", "trajectory"), a path is needed: without one there is no verdict. With a path the
+    report says too what it can teach, as `learnable` does, and how the sets cover it;
+    `centers_for` makes sets that do.
 
     A control period above three quarters of the longest stable one is refused, one above a third of
     it is warned of.

@@ -42,9 +42,9 @@ class PathFigures(TypedDict):
     ddq: Array
     """The smallest and the largest acceleration [rad/s²], (2, n)."""
     speed: Array
-    """The largest |dq| [rad/s], (n,)."""
+    """The largest speed, either way [rad/s], (n,)."""
     acceleration: Array
-    """The largest |ddq| [rad/s²], (n,)."""
+    """The largest acceleration, either way [rad/s²], (n,)."""
     jerk: Array
     """The largest change of ddq from sample to sample, over their distance [rad/s³], (n,)."""
 
