@@ -60,10 +60,10 @@ def centers_for(
 
     ``sa.FuzzyBasis(form="per_joint", **sa.centers_for(path, "reference", sets=9))``. Each input of
     each joint has evenly spaced centres over what it does along the path. Neighbouring sets cross
-    at half height: wherever the path is, the strongest set fires by half or more, and two by half
-    at the most (Lee, "Fuzzy logic in control systems", IEEE Trans. SMC 20(2), 1990, completeness
-    ε = 0.5). Wider sets are smoother, learn what is fine more slowly, and suit few sets; the
-    paper's cross at 0.78.
+    at half height: wherever the path is, one set fires by half or more, and halfway between two
+    centres both do by half (Lee, "Fuzzy logic in control systems", IEEE Trans. SMC 20(2), 1990,
+    completeness ε = 0.5). Wider sets are smoother and learn what is fine more slowly; the paper's
+    cross at 0.78. Few sets learn within one pass, many learn better what comes back.
 
     An input that does not move gets sets about where it stands, as wide as those of the joint that
     moves most (1 where none moves): it then tells the rules nothing, and an error takes it nowhere.
@@ -78,11 +78,11 @@ def centers_for(
         form "shared" wants the same everywhere.
     duration: length of the path [s]; None: `Table`, `Quintic`, `Waypoints` to their ends, `Sines`
         over a period of the slowest; a callable needs it.
-    error: what the error will be. The inputs ``e`` and ``de`` need it, for it does not follow from
-        the path: a `Run` of the controller without a compensator, which is the largest that its
-        rules will see; or how large at most, (e [rad], de [rad/s]), scalars or (n,). Their ranges
-        are symmetric, so that an odd number of sets has one where there is no error. With it, ``q``
-        and ``dq`` reach that much beyond the path too.
+    error: what the error will be, which does not follow from the path; the inputs ``e`` and ``de``
+        need it. A `Run` of the controller without a compensator, whose errors are the largest that
+        the rules will see, or how large at most, (e [rad], de [rad/s]), scalars or (n,). Ranges are
+        symmetric, so that an odd number of sets has one where there is no error. With it, ``q`` and
+        ``dq`` reach that much beyond the path too.
     margin: room at both ends, as a part of the range, >= 0.
     crossing: height at which neighbouring sets cross, 0 to 1.
 

@@ -160,7 +160,7 @@ def learnable(
     worse. Of a payload, the arm is taken to be known but for the friction of its joints.
 
     A combination of masses and moments counts as shown where it gets known to a tenth of the size
-    that the links have: m, m 0.15 m, m (0.15 m)².
+    that the links have: m, m 0.15 m, m (0.15 m)². For a prismatic joint read m for rad.
 
     Parameters
     ----------
