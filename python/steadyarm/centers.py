@@ -111,7 +111,7 @@ def centers_for(
 
 
 def _counts(sets: int | Sequence[int], signals: int) -> list[int]:
-    counts = list(sets) if isinstance(sets, Sequence) else [sets] * signals
+    counts = np.ravel(sets).tolist() * (signals if np.ndim(sets) == 0 else 1)
     if len(counts) != signals:
         raise ValueError(f"sets: got {len(counts)} entries, wants one a signal, {signals}")
     for count in counts:

@@ -123,7 +123,12 @@ def sample(path: Path, duration: float | None = None, arm: _core.Arm | None = No
 def _evaluator(path: Reference, arm: _core.Arm | None) -> Evaluate:
     def of_arm(t: Array) -> tuple[Array, Array, Array]:
         still = np.zeros((len(t), arm.joints))  # type: ignore[union-attr]
-        q, dq, ddq, *_ = _core.desired_motion(path, arm, t, still, still)  # type: ignore[arg-type]
+        try:
+            q, dq, ddq, *_ = _core.desired_motion(path, arm, t, still, still)  # type: ignore[arg-type]
+        except (ValueError, TypeError) as error:
+            if str(error).startswith("reference"):
+                raise type(error)(f"path{str(error).removeprefix('reference')}") from None
+            raise
         return q, dq, ddq
 
     def alone(t: Array) -> tuple[Array, Array, Array]:

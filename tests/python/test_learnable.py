@@ -223,7 +223,13 @@ def test_the_report_of_a_design_along_a_path_has_it() -> None:
         ({"noise": [1, 2, 3]}, TypeError, r"^noise: got \[1, 2, 3\], wants a number, or \(2,\)"),
         ({"noise": "x"}, TypeError, "^noise: got 'x'"),
         ({"payload": math.inf}, ValueError, "^payload: got inf, wants numbers > 0"),
-        ({"path": wave(3)}, ValueError, "joints|2"),
+        ({"path": wave(3)}, ValueError, "^path: got one of 3 joints, wants one of 2"),
+        ({"path": lambda t: ([t], [t], [t])}, ValueError, "^duration: got None, wants the length"),
+        (
+            {"path": lambda t: ([t], [t], [t]), "duration": 1.0},
+            ValueError,
+            r"^path: q_d: got shape \(1,\), wants \(2,\)",
+        ),
     ],
 )
 def test_each_argument_that_makes_no_sense_is_named(options: dict, error, message: str) -> None:

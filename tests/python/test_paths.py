@@ -237,6 +237,7 @@ def test_positions_of_a_continuous_joint_are_covered_as_they_come() -> None:
         ({"sets": 0}, ValueError, "^sets: got 0, wants a whole number >= 1"),
         ({"sets": 2.5}, ValueError, "^sets: got 2.5"),
         ({"sets": True}, ValueError, "^sets: got True"),
+        ({"sets": "x"}, ValueError, "^sets: got 'x'"),
         ({"sets": (3, 3, 3)}, ValueError, "^sets: got 3 entries, wants one a signal, 2"),
         ({"error": 0.1}, TypeError, "^error: got float, wants a Run or a pair"),
         ({"error": ([1, 2, 3], 1)}, ValueError, r"^error: wants numbers, scalars or \(2,\)"),
