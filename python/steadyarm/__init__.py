@@ -6,11 +6,12 @@
 >>> print(run.metrics(window=(20, 40)))
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
-(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
-`Plant` that `Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a
-reference (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`,
-which runs every controller of a `Scenario`. `plots` and `animation` are imported when they are
-first used.
+(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, whose sets `centers_for`
+takes from a path, or another of `laws`), a `Plant` that `Pulses`, `Noise`, `Wrench` and curves
+push, `Effects` of sensors and actuators, a reference (`Sines`, `Quintic`, `Table`, `Waypoints` or
+any callable), `simulate()`, and `compare()`, which runs every controller of a `Scenario`. `design`
+and `learnable` say beforehand what will come of it. `plots` and `animation` are imported when they
+are first used.
 """
 
 from importlib import import_module as _import_module
@@ -45,8 +46,10 @@ from ._core import (
 )
 from ._scene import VERSION as _VERSION
 from .bench import Scenario, compare, scenario_names
+from .centers import centers_for
 from .comparison import Comparison
 from .design import DesignReport, design
+from .learnable import Learnable, learnable
 from .metrics import Metrics
 from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
@@ -79,6 +82,7 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "GuardReport",
+    "Learnable",
     "Metrics",
     "NoStabilizingSolution",
     "Noise",
@@ -99,9 +103,11 @@ __all__ = [
     "__version__",
     "bounded_real_riccati",
     "care",
+    "centers_for",
     "compare",
     "design",
     "laws",
+    "learnable",
     "paper",
     "read_scenario",
     "replay",
