@@ -49,8 +49,10 @@ from .bench import Scenario, compare, scenario_names
 from .centers import centers_for
 from .comparison import Comparison
 from .design import DesignReport, design
+from .learned import Learned, learned
 from .learnable import Learnable, learnable
 from .metrics import Metrics
+from .recommended import recommended
 from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
 from .simulation import DesignWarning, replay, simulate
@@ -83,6 +85,7 @@ __all__ = [
     "Guard",
     "GuardReport",
     "Learnable",
+    "Learned",
     "Metrics",
     "NoStabilizingSolution",
     "Noise",
@@ -108,8 +111,10 @@ __all__ = [
     "design",
     "laws",
     "learnable",
+    "learned",
     "paper",
     "read_scenario",
+    "recommended",
     "replay",
     "scenario_names",
     "simulate",

@@ -53,6 +53,9 @@ pub struct LearningGains<const N: usize> {
     pub control_period: f64,
     /// At most [`MAX_DELAY`].
     pub delay: usize,
+    /// |Δ (I − Δ)⁻¹| at its largest, as the rule found it: what is learnt converges for sure below
+    /// 0.7. NaN for gains of one's own.
+    pub condition: f64,
 }
 
 /// What is learnt.
@@ -508,11 +511,14 @@ where
         state: &LearnedTorqueState<N, B>,
         put: &mut dyn FnMut(&'static str, &[f64]),
     ) {
-        let LearningGains { bandwidth, cut_off, learning, acceleration_share, .. } = &self.gains;
+        let LearningGains { bandwidth, cut_off, learning, acceleration_share, condition, .. } =
+            &self.gains;
         put("bandwidth", bandwidth);
         put("cut_off", cut_off);
         put("learning", &[*learning]);
         put("acceleration_share", &[*acceleration_share]);
+        put("condition", &[*condition]);
+        put("weight", state.now.weight.diagonal().as_slice());
         put("unit", &self.features.unit);
         let [theta, p, _] = self.kept(state.memory.as_slice());
         put("parameters", theta);

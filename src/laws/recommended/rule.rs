@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Joint by joint, f₂ is the cut-off in 20 … 2000 Hz with the largest p for which the noise of the
-//! encoder is at most .5 % of the joint's torque. Then p is lowered until the sampled loop is
+//! encoder is at most .5 % of the joint's torque, and 20 Hz where it is more for all. Then p is lowered until the sampled loop is
 //! stable enough for the lightest and the heaviest arm that is declared, at 24 poses, and what is
 //! learnt converges there.
 
@@ -15,7 +15,7 @@ use super::learned_torque::{LearningGains, filter};
 use super::{condition, frozen_loop};
 use crate::arm::Parametric;
 use crate::control::MAX_DELAY;
-use crate::error::{Error, Result, finite, non_negative, positive, within};
+use crate::error::{Error, Result, accepted, finite, non_negative, positive, within};
 use crate::laws::bandwidth::poses;
 use crate::math::{Matrix, exp, ln, sqrt};
 
@@ -73,8 +73,6 @@ pub struct Rule<const N: usize, A> {
     pub gains: LearningGains<N>,
     /// The arm whose mass matrix is D.
     pub weight: A,
-    /// |Δ (I − Δ)⁻¹| at its largest; what is learnt converges for sure below 0.7.
-    pub condition: f64,
     /// The joints whose p the range of the arm has lowered.
     pub lowered: [bool; N],
 }
@@ -94,7 +92,7 @@ impl<const N: usize> Circumstances<N> {
             return Err(Error::too_many("delay", Some(delay), MAX_DELAY));
         }
         non_negative("noise", &noise)?;
-        positive("velocity_filter", &[velocity_filter])?;
+        accepted("velocity_filter", &[velocity_filter], |f| f > 0.0, "a cut-off > 0")?;
         positive("effort_limit", &self.effort_limit)?;
         non_negative("payload", &[self.payload])?;
         let [low, high] = self.inertia_range;
@@ -139,6 +137,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             acceleration_share: 1.0,
             control_period: known.control_period,
             delay: known.delay,
+            condition: f64::NAN,
         };
         let lowered = core::array::from_fn(|n| {
             let share = (2.0 * least_share(n, &posed)).min(1.0);
@@ -146,8 +145,9 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             share < 1.0
         });
         slow_down(&mut gains, &posed, known.velocity_filter)?;
-        let condition = learning(&mut gains, &posed, &known.effort_limit.map(|tau| tau / 4.0))?;
-        Ok(Self { gains, weight, condition, lowered })
+        gains.condition =
+            learning(&mut gains, &posed, &known.effort_limit.map(|tau| tau / 4.0))?;
+        Ok(Self { gains, weight, lowered })
     }
 }
 
@@ -166,27 +166,27 @@ fn has_rotors<const N: usize>(posed: &[Posed<N>], effort: &[f64; N]) -> Result<(
     Ok(())
 }
 
-/// p of joint `n` and the cut-off of its filter \[Hz\].
+/// p of joint `n` and the cut-off of its filter \[Hz\]: the fastest that is quiet, or else the
+/// quietest.
 fn quickest<const N: usize>(n: usize, posed: &[Posed<N>], known: &Circumstances<N>) -> [f64; 2] {
     let inertia = posed.iter().fold(0.0, |most: f64, it| most.max(it.weight[(n, n)]));
     let [lowest, highest] = CUT_OFFS;
     let ratio = ln(highest / lowest) / (TRIED - 1) as f64;
-    let mut best = [0.0, lowest];
-    for k in 0..TRIED {
+    let choice = |k: usize| {
         let cut_off = lowest * exp(ratio * k as f64);
         let lag = (0.5 + known.delay as f64) * known.control_period
             + 1.0 / (TAU * known.velocity_filter)
             + 1.0 / (TAU * cut_off);
-        let p = (LAG / (3.0 * lag)).min(FASTEST);
-        // 3pD times the noise of the velocity
-        let of_unit = 3.0 * inertia * known.noise[n] * velocity_noise(known, cut_off);
-        let allowed = NOISE * known.effort_limit[n] / of_unit;
-        let p = if allowed.is_nan() { p } else { p.min(allowed) };
-        if p > best[0] {
-            best = [p, cut_off];
-        }
-    }
-    best
+        [(LAG / (3.0 * lag)).min(FASTEST), cut_off]
+    };
+    // 3pD times the noise of the velocity
+    let quiet = |&[p, cut_off]: &[f64; 2]| {
+        let noise = 3.0 * p * inertia * known.noise[n] * velocity_noise(known, cut_off);
+        noise <= NOISE * known.effort_limit[n]
+    };
+    // Of several that are as fast, the quietest.
+    let all = (0..TRIED).rev().map(choice).filter(quiet);
+    all.max_by(|one, other| one[0].total_cmp(&other[0])).unwrap_or(choice(0))
 }
 
 /// Standard deviation of the filtered velocity, of positions with noise of 1 [1/s].

@@ -7,7 +7,7 @@ use super::build::{Around, BuiltLaw, Site};
 use super::settings::RecommendedSettings;
 use crate::arm::{Arm, Parametric};
 use crate::control::BoxedCompensator;
-use crate::error::{Error, Result, within};
+use crate::error::{Error, Result, non_negative, within};
 use crate::laws::{Circumstances, FeedForward, LearnedTorque, Learns, Rule};
 use crate::math::sqrt;
 
@@ -66,6 +66,7 @@ impl<const N: usize> Recommended<'_, N> {
         };
         let bits = of(&it.encoder_bits, "encoder_bits", USUAL_BITS)?;
         let noise: [f64; N] = of(&it.noise, "noise", 0.0)?;
+        non_negative("noise", &noise)?;
         within("encoder_bits", &bits, |bits| (1.0..=64.0).contains(&bits), "1 to 64 bits")?;
         let noise = core::array::from_fn(|n| {
             let count = TAU / libm::exp2(bits[n]);

@@ -133,3 +133,122 @@ fn an_arm_of_twice_or_half_the_inertia_is_tracked_within_a_milliradian() {
         assert!(one.max(two) < 2e-3, "{one} {two}");
     }
 }
+
+/// With a limit of 20 N·m and a push that is too much for it: what is learnt and the observer go on
+/// with the torque that acted, and a second after the push nothing is left of it.
+#[test]
+fn a_second_after_a_push_beyond_the_limit_nothing_is_left_of_it() {
+    let limits = Limits { effort_limit: [20.0; 2], ..Limits::default() };
+    let learns = Learns { residual: Some(residual()), ..Learns::default() };
+    let it = recommended(&paper::nominal().unwrap(), &circumstances(20.0), learns);
+    let it = it.with_limits(limits).unwrap();
+    let push = |_: &Vector<2>, _: &Vector<2>, t: f64| {
+        let pulse = if (20.0..20.5).contains(&t) { [30.0, 10.0] } else { [0.0; 2] };
+        Vector::from([t.sin() + pulse[0], t.cos() + pulse[1]])
+    };
+    let plant = Plant::new(paper::actual().unwrap(), push).with_limits(limits).unwrap();
+    let options = Options {
+        control_period: Some(1e-3),
+        effects: sensors(),
+        duration: 30.0,
+        ..Options::default()
+    };
+    let mut state = State::new(it.compensator.state());
+    let (reference, go_on) = (paper::reference().unwrap(), |_| ControlFlow::Continue(()));
+    let run = simulate(&plant, &it, &mut state, &reference, &options, go_on).unwrap();
+    let worst = |from: f64, to: f64| {
+        let within = run.t.iter().zip(&run.e).filter(|(t, _)| (from..to).contains(*t));
+        within.flat_map(|(_, e)| e).fold(0.0, |most: f64, e| most.max(e.abs()))
+    };
+    let (before, pushed) = (worst(15.0, 20.0), worst(20.0, 20.8));
+    assert!(pushed > 0.1, "it was pushed aside: {pushed}");
+    println!("{before} {pushed} {} {}", worst(21.5, 22.0), worst(25.0, 30.0));
+    assert!(worst(21.5, 22.0) < 0.01 && worst(25.0, 30.0) < 2.0 * before + 1e-3);
+}
+
+/// Those of a program written apart: the first joint has no cut-off that is quiet enough, and takes
+/// the lowest.
+#[test]
+fn gains_follow_from_the_rule_as_in_another_program() {
+    let arm = paper::nominal().unwrap();
+    let gains = Rule::new(&arm, &circumstances(20.0)).unwrap().gains;
+    assert!((gains.bandwidth[1] - 18.7).abs() < 0.1, "{gains:?}");
+    assert!((gains.cut_off[1] - 51.0).abs() < 2.0, "{gains:?}");
+    assert!((gains.bandwidth[0] - 10.6).abs() < 0.1, "{gains:?}");
+    assert_eq!(gains.cut_off[0], 20.0, "{gains:?}");
+    assert!(gains.condition < 1e-9, "for the believed arm there is no mismatch: {gains:?}");
+    // (1 + 3/4) M₀ carries the weight, and half of 1/1.75 is what p is lowered by.
+    let wide = Circumstances { inertia_range: [0.5, 4.0], ..circumstances(35.0) };
+    let rule = Rule::new(&arm, &wide).unwrap();
+    let q = Vector::from([0.3, 0.8]);
+    let ratio = rule.weight.mass_matrix(&q).component_div(&arm.mass_matrix(&q));
+    assert!(ratio.iter().all(|x| (x - 1.75).abs() < 1e-12), "{ratio}");
+    assert_eq!(rule.lowered, [true; 2]);
+    let one = Circumstances { inertia_range: [1.0, 4.0], ..wide };
+    let share = rule.gains.bandwidth[1] / Rule::new(&arm, &one).unwrap().gains.bandwidth[1];
+    assert!((share - 1.0 / 1.75).abs() < 1e-9, "{share}");
+    assert!(rule.gains.condition <= 1.0 && rule.gains.acceleration_share > 1.0);
+}
+
+#[test]
+fn what_the_rule_cannot_do_is_refused_by_name() {
+    let arm = paper::nominal().unwrap();
+    let refused = |known: Circumstances<2>| Rule::new(&arm, &known).unwrap_err().to_string();
+    let base = circumstances(20.0);
+    for (known, wanted) in [
+        (Circumstances { effort_limit: [1e4; 2], ..base }, "armature[0]"),
+        (Circumstances { control_period: 2.0, ..base }, "control_period"),
+        (Circumstances { delay: 5, ..base }, "delay"),
+        (Circumstances { noise: [-1.0; 2], ..base }, "noise[0]"),
+        (Circumstances { payload: 1.0, ..base }, "payload"),
+        (Circumstances { inertia_range: [1.1, 2.0], ..base }, "inertia_range"),
+        (Circumstances { inertia_range: [0.5, 0.9], ..base }, "inertia_range"),
+        (Circumstances { inertia_range: [1.0, f64::NAN], ..base }, "inertia_range"),
+        (Circumstances { effort_limit: [f64::INFINITY; 2], ..base }, "effort_limit[0]"),
+    ] {
+        let error = refused(known);
+        assert!(error.starts_with(wanted), "{error}");
+    }
+    let light = Circumstances { light_joints: true, effort_limit: [1e4; 2], ..base };
+    assert!(Rule::new(&arm, &light).is_ok());
+}
+
+/// Ten thousand seconds of rows, all of them in every period: P stays symmetric to the bit, no
+/// larger than the prior, and positive.
+#[test]
+fn a_million_rows_leave_the_covariance_positive() {
+    let known = Circumstances { control_period: 0.02, effort_limit: [60.0; 2], ..circumstances(0.0) };
+    let mut random = Random(5);
+    let arm: Serial<2> = chains::chain(&mut random);
+    let known = Circumstances { light_joints: true, ..known };
+    let it = recommended(&arm, &known, Learns::default());
+    let mut state = State::new(it.compensator.state());
+    for k in 0..500_000 {
+        let t = f64::from(k) * 0.02;
+        let wave = |n: usize, rate: f64| (rate * t + n as f64).sin();
+        let desired = Setpoint {
+            q: Vector::from_fn(|n, _| wave(n, 0.7) + 0.5 * wave(n, 1.9)),
+            dq: Vector::from_fn(|n, _| 0.7 * wave(n, 0.7) + 0.4 * wave(n, 3.1)),
+            ddq: Vector::from_fn(|n, _| 2.0 * wave(n, 2.3)),
+        };
+        let q = desired.q + Vector::from_fn(|n, _| 0.01 * wave(n + 3, 5.0));
+        it.step(&mut state, &q, &desired.dq, &desired, 0.02).unwrap();
+    }
+    let (mut theta, mut p, mut prior) = (Vec::new(), Vec::new(), Vec::new());
+    let put = &mut |name: &'static str, numbers: &[f64]| match name {
+        "parameters" => theta.extend_from_slice(numbers),
+        "covariance" => p.extend_from_slice(numbers),
+        "prior" => prior.extend_from_slice(numbers),
+        _ => {}
+    };
+    it.compensator.describe(it.settle(&mut state), put);
+    let m = theta.len();
+    assert_eq!([p.len(), prior.len(), m], [m * m, m, 28]);
+    assert!(theta.iter().all(|x| x.is_finite()));
+    let p = nalgebra::DMatrix::from_row_slice(m, m, &p);
+    assert_eq!(p, p.transpose());
+    assert!((0..m).all(|k| p[(k, k)] > 0.0 && p[(k, k)] <= prior[k]));
+    // In units of the prior, where all are of one size.
+    let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| p[(i, j)] / (prior[i] * prior[j]).sqrt());
+    assert!(scaled.cholesky().is_some());
+}
