@@ -52,7 +52,7 @@ fn pass(panda: &Serial<7>, payload_only: bool, least: &mut [f64]) {
     };
     let Rule { gains, weight, .. } = Rule::new(panda, &known).unwrap();
     let learns = Learns { payload_only, residual: None };
-    let law = FeedForward::new(*panda, weight, gains.bandwidth).unwrap();
+    let law = FeedForward::new(*panda, weight, gains.pull).unwrap();
     let learned = LearnedTorque::new(*panda, weight, gains, known.effort_limit, learns).unwrap();
     let front =
         Front { hand_over: Some(3.0), velocity_filter: Some(100.0), bumpless: None, delay: 1 };

@@ -71,7 +71,9 @@ pub use pd_gravity::PdGravity;
 pub use rbf_network::RbfNetwork;
 #[cfg(feature = "std")]
 pub use recommended::{Circumstances, Rule};
-pub use recommended::{FeedForward, LearnedTorque, LearnedTorqueState, LearningGains, Learns};
+pub use recommended::{
+    FeedForward, LearnedTorque, LearnedTorqueState, LearningGains, Learns, Pull,
+};
 pub use rise::Rise;
 pub use robust::Robust;
 pub use sliding_mode::{Mismatch, SlidingMode};

@@ -30,8 +30,9 @@ pub(super) fn gain<const N: usize>(
     weight: &Matrix<N>,
     mass: &Matrix<N>,
 ) -> Result<f64> {
-    let slowest = gains.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p)) * LOWEST;
-    let fastest = gains.bandwidth.iter().fold(0.0, |most: f64, p| most.max(*p)) * HIGHEST;
+    let slowest =
+        gains.pull.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p)) * LOWEST;
+    let fastest = gains.pull.bandwidth.iter().fold(0.0, |most: f64, p| most.max(*p)) * HIGHEST;
     let ratio = libm::log(fastest / slowest) / (FREQUENCIES - 1) as f64;
     let mut largest: f64 = 0.0;
     for k in 0..FREQUENCIES {
@@ -57,7 +58,7 @@ fn mismatch<const N: usize>(
     let inertia = mass * (-omega * omega);
     // D(3ps + 3p² + p³/s)
     let by = |of: fn(f64, f64) -> f64| {
-        Matrix::<N>::from_fn(|i, j| weight[(i, j)] * of(gains.bandwidth[j], omega))
+        Matrix::<N>::from_fn(|i, j| weight[(i, j)] * of(gains.pull.bandwidth[j], omega))
     };
     let real = by(|p, _| 3.0 * p * p);
     let imaginary = by(|p, omega| 3.0 * p * omega - p * p * p / omega);

@@ -57,7 +57,7 @@ fn after<const N: usize>(
     push: &Push<N>,
     z: &[Vector<N>],
 ) -> Vec<Vector<N>> {
-    let (h, p) = (gains.control_period, Vector::from(gains.bandwidth));
+    let (h, p) = (gains.control_period, Vector::from(gains.pull.bandwidth));
     let [e, de, before, first, second, zeta] = [z[0], z[1], z[2], z[3], z[4], z[5]];
     let under_way = &z[6..];
     let first = first + ((e - before) / h - first) * filter(velocity, h);

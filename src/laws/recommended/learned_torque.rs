@@ -8,14 +8,15 @@
 //! learn     y = LP[τ_a − ID₀] − c d/dt LP[Dė']    φ = LP[Φ]    one row of y = φθ a period
 //! ```
 //!
-//! τ_a is the torque that acted in a period, `v = −2pė' − p²e + α`, ID₀ and Φ are those of the
+//! τ_a is the torque that acted in a period, `v = −2p (ė' + w(e)) + α`, ID₀ and Φ are those of the
 //! sample for which it was asked, `delay` samples before. The columns of friction are learnt on the
 //! velocity of the arm, and fed forward on the desired one. A row is left out while its torque is
-//! limited, or its joint rests: friction at rest may be anything.
+//! limited, its joint rests, for friction at rest may be anything, or the arm is far from its path.
 
 use core::f64::consts::TAU;
 
 use super::features::{FRICTION, Features, friction};
+use super::pull::Pull;
 use super::regression::{Regression, unless_tiny};
 use crate::arm::{Factor, Parametric};
 use crate::control::{
@@ -31,6 +32,8 @@ const CYCLE: f64 = 0.02;
 const FORGETTING: f64 = 100.0;
 /// Cut-off of the velocity on which friction is learnt \[Hz\].
 const FRICTION_CUT_OFF: f64 = 15.0;
+/// Where a joint is farther from the desired motion \[rad\], Φ(q_d) is not what acts.
+const FAR: f64 = 0.1;
 /// A joint that is slower rests [rad/s]; a row is learnt if it rested less than this share of the
 /// time that the filter sees.
 const REST: f64 = 0.02;
@@ -41,8 +44,8 @@ const MOST: f64 = 1e10;
 /// Gains of the recommended controller; [`Rule`](super::Rule) gives them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearningGains<const N: usize> {
-    /// p [rad/s]: three poles of each joint.
-    pub bandwidth: [f64; N],
+    /// p, at which the three poles of each joint are, and how far errors are brought back.
+    pub pull: Pull<N>,
     /// f of the second velocity filter of each joint \[Hz\].
     pub cut_off: [f64; N],
     /// Cut-off of the filter through which is learnt \[Hz\].
@@ -102,8 +105,8 @@ pub(super) struct Filtered<const N: usize> {
     /// LP[τ_a − ID₀] [N·m], and LP[Dė'] [N·m·s].
     pub torque: Vector<N>,
     pub momentum: Vector<N>,
-    /// LP of whether a joint rests.
-    pub rest: Vector<N>,
+    /// LP of whether a joint rests, or the arm is far off.
+    pub unfit: Vector<N>,
     /// Length of the last period, and time since P last forgot \[s\].
     pub period: f64,
     pub since: f64,
@@ -130,6 +133,7 @@ struct Now<const N: usize> {
     weight: Matrix<N>,
     /// τ_a − τ_asked [N·m].
     cut: Vector<N>,
+    far: bool,
     decided: Decided<N>,
     /// Φθ and Dα [N·m].
     learned: Vector<N>,
@@ -165,7 +169,7 @@ static CHANNELS: [Channel; 2] = [
 
 impl<const N: usize> LearningGains<N> {
     fn validate(&self) -> Result<()> {
-        positive("bandwidth", &self.bandwidth)?;
+        self.pull.validate()?;
         positive("cut_off", &self.cut_off)?;
         positive("learning", &[self.learning])?;
         positive("acceleration_share", &[self.acceleration_share])?;
@@ -183,7 +187,7 @@ impl<const N: usize> Filtered<N> {
             zeta: zeros,
             torque: zeros,
             momentum: zeros,
-            rest: zeros,
+            unfit: zeros,
             period: 0.0,
             since: 0.0,
         }
@@ -206,6 +210,7 @@ impl<const N: usize> Now<N> {
             alpha: zeros,
             weight,
             cut: zeros,
+            far: false,
             decided,
             learned: zeros,
             observed: zeros,
@@ -371,7 +376,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
             (filtered.slow, filtered.momentum) = (now.velocity, momentum);
         }
         let missing = v + pushed - now.alpha;
-        let p = &self.gains.bandwidth;
+        let p = &self.gains.pull.bandwidth;
         filtered.zeta += Vector::from_fn(|n, _| (p[n] * dt).min(1.0) * missing[n]);
         filtered.velocity = now.velocity;
         filtered.slow += (now.velocity - filtered.slow) * filter(FRICTION_CUT_OFF, dt);
@@ -383,8 +388,8 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         let last = filtered.momentum;
         filtered.torque += (acting.torque + now.cut - filtered.torque) * share;
         filtered.momentum += (momentum - last) * share;
-        let rests = velocity.map(|v| if v.abs() < REST { 1.0 } else { 0.0 });
-        filtered.rest += (rests - filtered.rest) * share;
+        let unfit = velocity.map(|v| if now.far || v.abs() < REST { 1.0 } else { 0.0 });
+        filtered.unfit += (unfit - filtered.unfit) * share;
         filtered.since += dt;
         if learns {
             let change = (filtered.momentum - last) / dt;
@@ -411,7 +416,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
                 let share = filtered.since / FORGETTING;
                 regression.forget(share.min(1.0), self.features.prior());
                 filtered.since = 0.0;
-            } else if cut[n] == 0.0 && filtered.rest[n] <= RESTED {
+            } else if cut[n] == 0.0 && filtered.unfit[n] <= RESTED {
                 let own = &own[n * self.features.own()..][..self.features.own()];
                 let row = self.features.row(n, &inertial[self.features.acting(n)], own);
                 regression.learn(&row, wanted[n], self.features.unit[n]);
@@ -446,14 +451,14 @@ where
         seen: &Sample<N>,
     ) -> Vector<N> {
         let LearnedTorqueState { memory, filtered, periods, now, .. } = state;
-        let p = Vector::from(self.gains.bandwidth);
+        let p = Vector::from(self.gains.pull.bandwidth);
         let velocity = Vector::from_fn(|n, _| {
             let last = filtered.velocity[n];
             let share = filter(self.gains.cut_off[n], filtered.period);
             if *periods == 0 { seen.de[n] } else { last + share * (seen.de[n] - last) }
         });
         let alpha = filtered.zeta - p.component_mul(&velocity);
-        let v = alpha - p.component_mul(&(velocity * 2.0 + p.component_mul(&seen.e)));
+        let v = alpha + self.gains.pull.acceleration(&seen.e, &velocity);
         let weight = self.weight.mass_matrix(&seen.desired.q);
         let Parts { regression, columns, work, .. } = self.parts(memory.as_mut_slice());
         let size = self.features.columns();
@@ -462,7 +467,8 @@ where
         let learned = self.learned(regression.theta, columns, &seen.desired.dq);
         let decided = Decided { torque: learned + weight * v, v, dq: seen.desired.dq };
         let (cut, observed) = (Vector::zeros(), weight * alpha);
-        *now = Now { velocity, alpha, weight, cut, decided, learned, observed };
+        let far = seen.e.amax() > FAR;
+        *now = Now { velocity, alpha, weight, cut, far, decided, learned, observed };
         let slowed = p.component_mul(&(seen.de - velocity)) * 2.0;
         -(Factor::of(&weight).solve(&learned) + alpha + slowed)
     }
@@ -511,9 +517,10 @@ where
         state: &LearnedTorqueState<N, B>,
         put: &mut dyn FnMut(&'static str, &[f64]),
     ) {
-        let LearningGains { bandwidth, cut_off, learning, acceleration_share, condition, .. } =
+        let LearningGains { pull, cut_off, learning, acceleration_share, condition, .. } =
             &self.gains;
-        put("bandwidth", bandwidth);
+        put("bandwidth", &pull.bandwidth);
+        put("braking", &pull.braking);
         put("cut_off", cut_off);
         put("learning", &[*learning]);
         put("acceleration_share", &[*acceleration_share]);

@@ -12,12 +12,13 @@
 use core::f64::consts::TAU;
 
 use super::learned_torque::{LearningGains, filter};
+use super::pull::Pull;
 use super::{condition, frozen_loop};
-use crate::arm::Parametric;
+use crate::arm::{Arm, Parametric};
 use crate::control::MAX_DELAY;
 use crate::error::{Error, Result, accepted, finite, non_negative, positive, within};
 use crate::laws::bandwidth::poses;
-use crate::math::{Matrix, exp, ln, sqrt};
+use crate::math::{Matrix, Vector, exp, ln, sqrt};
 
 /// Phase that the lags of the loop may take at 3p, where it crosses over \[rad\].
 const LAG: f64 = 0.35;
@@ -30,6 +31,10 @@ const TRIED: usize = 61;
 const NOISE: f64 = 0.005;
 /// A joint without rotor may be this quick at its largest torque [rad/s²].
 const QUICKEST: f64 = 5000.0;
+/// Share of the torque that gravity leaves, with which a joint brakes; and what of its largest
+/// torque it leaves at the least.
+const BRAKING: f64 = 0.25;
+const LEFT: f64 = 0.1;
 /// The loop's slowest root is left of this share of the smallest p.
 const MARGIN: f64 = 0.05;
 /// p is lowered by this factor, so often at the most.
@@ -131,7 +136,10 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         }
         let choice = core::array::from_fn(|n| quickest(n, &posed, known));
         let mut gains = LearningGains {
-            bandwidth: choice.map(|[p, _]| p),
+            pull: Pull {
+                bandwidth: choice.map(|[p, _]| p),
+                braking: braking(arm, &posed, &known.effort_limit),
+            },
             cut_off: choice.map(|[_, cut_off]| cut_off),
             learning: 0.0,
             acceleration_share: 1.0,
@@ -141,14 +149,23 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         };
         let lowered = core::array::from_fn(|n| {
             let share = (2.0 * least_share(n, &posed)).min(1.0);
-            gains.bandwidth[n] *= share;
+            gains.pull.bandwidth[n] *= share;
             share < 1.0
         });
         slow_down(&mut gains, &posed, known.velocity_filter)?;
-        gains.condition =
-            learning(&mut gains, &posed, &known.effort_limit.map(|tau| tau / 4.0))?;
+        gains.condition = learning(&mut gains, &posed, &known.effort_limit.map(|tau| tau / 4.0))?;
         Ok(Self { gains, weight, lowered })
     }
+}
+
+/// With what each joint brakes: a quarter of the torque that gravity leaves at these poses, on D
+/// [rad/s²].
+fn braking<const N: usize>(arm: &impl Arm<N>, posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
+    let held = poses(arm).fold(Vector::<N>::zeros(), |most, q| most.sup(&arm.gravity(&q).abs()));
+    core::array::from_fn(|n| {
+        let inertia = posed.iter().fold(0.0, |most: f64, it| most.max(it.weight[(n, n)]));
+        BRAKING * (effort[n] - held[n]).max(LEFT * effort[n]) / inertia
+    })
 }
 
 /// Refuses a joint that is too quick for its torque.
@@ -218,7 +235,7 @@ fn slow_down<const N: usize>(
         if stable(gains, posed, velocity)? {
             return Ok(());
         }
-        gains.bandwidth.iter_mut().for_each(|p| *p *= SLOWER);
+        gains.pull.bandwidth.iter_mut().for_each(|p| *p *= SLOWER);
     }
     let wanted = "a faster loop, a shorter delay or a narrower inertia_range: no gains keep the \
                   lightest and the heaviest arm stable";
@@ -230,7 +247,7 @@ fn stable<const N: usize>(
     posed: &[Posed<N>],
     velocity: f64,
 ) -> Result<bool> {
-    let slowest = gains.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
+    let slowest = gains.pull.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
     let most = exp(-MARGIN * slowest * gains.control_period);
     for it in posed {
         for mass in [&it.light, &it.heavy] {
@@ -248,7 +265,7 @@ fn learning<const N: usize>(
     posed: &[Posed<N>],
     unit: &[f64; N],
 ) -> Result<f64> {
-    let slowest = gains.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
+    let slowest = gains.pull.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
     gains.learning = LEARNING * slowest / TAU;
     for _ in 0..ROUNDS {
         let mut best = f64::INFINITY;

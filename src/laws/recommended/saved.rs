@@ -6,7 +6,7 @@ use crate::arm::Parametric;
 use crate::control::{MAX_DELAY, Numbers, Saves, put_all};
 use crate::error::{Error, Result, finite};
 use crate::fuzzy::Buffer;
-use crate::math::{FNV_START, fnv_of};
+use crate::math::fnv_of;
 
 const FROZEN: u64 = 1;
 /// How far an entry of P may be beyond what a covariance can have, relative.
@@ -33,8 +33,8 @@ where
     fn fingerprints(&self) -> [u64; 2] {
         let gains = &self.gains;
         let one = [gains.learning, gains.acceleration_share, gains.control_period];
-        let all = gains.bandwidth.iter().chain(&gains.cut_off).chain(&one).copied();
-        let update = fnv_of(FNV_START, all.chain([gains.delay as f64]));
+        let all = gains.cut_off.iter().chain(&one).copied();
+        let update = fnv_of(gains.pull.fingerprint(), all.chain([gains.delay as f64]));
         [update, self.features.fingerprint()]
     }
 
@@ -54,7 +54,7 @@ where
         }
         put_all(put, rest);
         let it = &state.filtered;
-        let vectors = [&it.velocity, &it.slow, &it.zeta, &it.torque, &it.momentum, &it.rest];
+        let vectors = [&it.velocity, &it.slow, &it.zeta, &it.torque, &it.momentum, &it.unfit];
         vectors.into_iter().for_each(|part| put_all(put, part.as_slice()));
         put_all(put, &[it.period, it.since]);
         for Decided { torque, v, dq } in &state.decided {
@@ -118,10 +118,9 @@ type Signals<const N: usize> = (Filtered<N>, [Decided<N>; MAX_DELAY + 1]);
 fn signals<const N: usize>(rest: &mut Numbers<'_>) -> Result<Signals<N>> {
     let mut vector = || rest.vector::<N>();
     let [velocity, slow, zeta] = [vector()?, vector()?, vector()?];
-    let [torque, momentum, resting] = [vector()?, vector()?, vector()?];
+    let [torque, momentum, unfit] = [vector()?, vector()?, vector()?];
     let (period, since) = (rest.number()?, rest.number()?);
-    let filtered =
-        Filtered { velocity, slow, zeta, torque, momentum, rest: resting, period, since };
+    let filtered = Filtered { velocity, slow, zeta, torque, momentum, unfit, period, since };
     let mut decided = [Decided::nothing(); MAX_DELAY + 1];
     for Decided { torque, v, dq } in &mut decided {
         (*torque, *v, *dq) = (rest.vector()?, rest.vector()?, rest.vector()?);

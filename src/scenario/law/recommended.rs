@@ -43,10 +43,10 @@ impl<const N: usize> Uses<N> for Recommended<'_, N> {
         let residual = residual.map(|it| Ok::<_, Error>((it.build(N)?, it.inputs.build()?)));
         let learns =
             Learns { payload_only: self.settings.payload_only, residual: residual.transpose()? };
-        let (weight, p) = (rule.weight, rule.gains.bandwidth);
-        let law = FeedForward::new(arm.clone(), weight.clone(), p)?;
+        let Rule { weight, gains, .. } = rule;
+        let law = FeedForward::new(arm.clone(), weight.clone(), gains.pull)?;
         let compensator =
-            LearnedTorque::new(arm.clone(), weight, rule.gains, known.effort_limit, learns)?;
+            LearnedTorque::new(arm.clone(), weight, gains, known.effort_limit, learns)?;
         let new = |it: &LearnedTorque<N, K, A>| it.state();
         let compensator = Some(BoxedCompensator::new(compensator, new));
         Ok(BuiltLaw { law: Box::new(law), compensator })
