@@ -44,6 +44,7 @@ from ._core import (
     read_scenario,
 )
 from ._scene import VERSION as _VERSION
+from .attribution import Attribution, attribution
 from .bench import Scenario, compare, scenario_names
 from .comparison import Comparison
 from .design import DesignReport, design
@@ -65,6 +66,7 @@ _DRAWING = ("animation", "plots")
 
 __all__ = [
     "Arm",
+    "Attribution",
     "Certificate",
     "Channel",
     "Comparison",
@@ -97,6 +99,7 @@ __all__ = [
     "Waypoints",
     "Wrench",
     "__version__",
+    "attribution",
     "bounded_real_riccati",
     "care",
     "compare",
