@@ -139,7 +139,7 @@ def _memory(run: Run, lacks: Mismatch, seen: Array, law: tuple[Array, Array]) ->
         if (rate > 0.0).all():
             forms.append((left_over, Memory.of(run.joints, rates=rate * weight)))
     learnt, left_over = _fitted_joints(total[:, :, None], cancelled)
-    forms.append((left_over, Memory.of(run.joints, learnt=learnt[:, 0])))
+    forms.append((left_over, Memory.of(run.joints, learnt=np.clip(learnt[:, 0], 0.0, 1.0))))
     return min(forms, key=lambda form: form[0])[1]
 
 

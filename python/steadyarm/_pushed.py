@@ -24,7 +24,8 @@ Array = NDArray[np.float64]
 def disturbance_torque(plant: _core.Plant, run: Run, options: Mapping[str, Any]) -> Array:
     """τ_d at every row [N·m], (T, n); ``options`` are those of the run."""
     given = plant.disturbance
-    pushes: list[Any] = given if isinstance(given, list) else [] if given is None else [given]
+    several = isinstance(given, list | tuple)
+    pushes: Any = given if several else [] if given is None else [given]
     total = np.zeros_like(run.q)
     for push in pushes:
         if isinstance(push, _core.Wrench):

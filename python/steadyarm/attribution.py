@@ -117,12 +117,17 @@ class Attribution:
     @property
     def rms_torque(self) -> dict[str, Array]:
         """RMS of each cause over the window [N·m], (n,)."""
-        return {name: _rms(part[self._rows]) for name, part in self.torque.items()}
+        return {name: _rms(part[self.rows]) for name, part in self.torque.items()}
 
     @property
     def rms_error(self) -> dict[str, Array]:
         """RMS of the error by cause over the window [rad], (n,): an estimate."""
-        return {name: _rms(part[self._rows]) for name, part in self.error.items()}
+        return {name: _rms(part[self.rows]) for name, part in self.error.items()}
+
+    @property
+    def rms_of_error(self) -> Array:
+        """RMS of the error itself over the window [rad], (n,)."""
+        return _rms(self.e[self.rows])
 
     @property
     def cancelled(self) -> Array:
@@ -130,7 +135,7 @@ class Attribution:
 
         Negative where it makes it larger; NaN without a mismatch.
         """
-        left, whole = _rms(self.whole[self._rows]), _rms(self.mismatch[self._rows])
+        left, whole = _rms(self.whole[self.rows]), _rms(self.mismatch[self.rows])
         known = whole > NOTHING
         return np.where(known, 1.0 - left / np.where(known, whole, 1.0), np.nan)
 
@@ -139,7 +144,7 @@ class Attribution:
 
         ``joint`` counts from 0; None: that with the largest RMS error.
         """
-        size = _rms(self.e[self._rows])
+        size = self.rms_of_error
         joint = int(np.argmax(size)) if joint is None else joint
         of_error = {name: float(share[joint]) for name, share in self.error_shares.items()}
         of_torque = {name: float(share[joint]) for name, share in self.torque_shares.items()}
@@ -191,20 +196,21 @@ class Attribution:
         if not self.torque["cancelled"].any():
             return "The controller has nothing that cancels the mismatch."
         if share < 0.0:
-            return f"What the controller adds makes the mismatch {-100 * share:.0f} % larger."
-        return f"The controller cancels {100 * share:.0f} % of the mismatch."
+            return f"What the controller adds makes the mismatch {percent(-share)} larger."
+        return f"The controller cancels {percent(share)} of the mismatch."
 
     @property
-    def _rows(self) -> NDArray[np.bool_]:
+    def rows(self) -> NDArray[np.bool_]:
+        """Which rows are in the window, (T,)."""
         rows: NDArray[np.bool_] = (self.t >= self.window[0]) & (self.t <= self.window[1])
         return rows
 
     def _shares(self, parts: Mapping[str, Array], whole: Array, scale: float) -> dict[str, Array]:
-        whole = whole[self._rows]
+        whole = whole[self.rows]
         power = (whole**2).mean(axis=0)
         power = np.where(np.sqrt(power) > NOTHING * scale, power, np.nan)
         return {
-            name: (part[self._rows] * whole).mean(axis=0) / power for name, part in parts.items()
+            name: (part[self.rows] * whole).mean(axis=0) / power for name, part in parts.items()
         }
 
 
@@ -229,8 +235,8 @@ def attribution(
         that is all that the shares tell.
     disturbance: of a run from a file whose disturbance was a callable, which no file keeps.
     unloaded: the plant's arm without what it carries. None: a body that the last link has and the
-        controller's arm has not, or the plant's at another time, is a payload if all other links are
-        the same; nothing else tells a payload from a last link that is heavier than the model.
+        controller's arm has not, or the plant's at another time, is a payload if all other links
+        are the same; nothing tells it from a last link that is heavier than the model says.
 
     Raises
     ------
@@ -267,12 +273,15 @@ def _listed(shares: Mapping[str, float], link: str) -> str:
     """The largest shares in words; ``link`` follows the first number."""
     ordered = sorted(shares, key=lambda name: -abs(shares[name]))
     named = [name for name in ordered if abs(shares[name]) >= SMALL][:NAMED]
-    words = [
-        f"{100 * shares[name]:.0f} % {link if n == 0 else ''}".strip() + f" {WORDS[name]}"
-        for n, name in enumerate(named)
-    ]
+    words = [f"{percent(shares[name])} {WORDS[name]}" for name in named]
+    words[0] = f"{percent(shares[named[0]])} {link} {WORDS[named[0]]}"
     against = any(shares[name] < 0.0 for name in named)
     return "; ".join(words) + " (what is negative works against the others)" * against
+
+
+def percent(share: float) -> str:
+    """A share in whole percent."""
+    return f"{100.0 * share:.0f} %".replace("-", "−")
 
 
 def _rms(values: Array) -> Array:
