@@ -9,8 +9,8 @@ What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a contro
 (`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
 `Plant` that `Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a
 reference (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`,
-which runs every controller of a `Scenario`. `plots` and `animation` are imported when they are
-first used.
+which runs every controller of a `Scenario`; `attribution` says why the error of a run is what it
+is. `plots` and `animation` are imported when they are first used.
 """
 
 from importlib import import_module as _import_module

@@ -7,7 +7,7 @@ in the place of A - A₀ and of what the controller cancels, c,
 
 P = -M₀⁻¹ ∂A/∂e and V = -M₀⁻¹ ∂A/∂ė are the law's own at every row; in computed torque they are K_p
 and K_v. Of c one form is taken, that which fits the run best, joint by joint
-and by least squares, with d the causes outside of the controller:
+and by least squares, with d all causes but those `INSIDE` the loop:
 
     M₀⁻¹ c ≈ -(k_i ∫e + k_p e + k_v ė)     an integral, which becomes a part of the loop
     c ≈ l ∫(d - c)                         an observer of rate l, which follows every cause
@@ -28,6 +28,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._mismatch import INSIDE
+
 if TYPE_CHECKING:
     from ._mismatch import Mismatch
     from .run import Run
@@ -36,10 +38,6 @@ Array = NDArray[np.float64]
 
 FAR = 1e3
 """Responses that are so many times as large as the error do not explain it."""
-
-
-INSIDE = ("feedforward", "hand_over", "sampling", "measurement", "delay", "saturation")
-"""Causes of which a controller that watches the motion under its torque knows nothing."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def responses(run: Run, lacks: Mismatch) -> dict[str, Array]:
             pushed = _accelerations(lacks.mass, -lacks.whole)
             inputs["cancelled"] = pushed + (gains * (seen + shift)).sum(axis=0) - known
         errors = _through(run, law, memory, inputs)
-        if all(np.abs(it).max() < FAR * np.abs(run.e).max() for it in errors.values()):
+        if all(np.abs(it).max() <= FAR * np.abs(run.e).max() for it in errors.values()):
             return errors
     return {name: np.full_like(run.e, np.nan) for name in errors}
 
@@ -102,10 +100,10 @@ def _left(run: Run, lacks: Mismatch, memory: Memory) -> dict[str, Array]:
 def _law_gains(run: Run, lacks: Mismatch) -> tuple[Array, Array]:
     """P and V; of a law that tells none, those that fit its feedback, joint by joint."""
     if lacks.law.gains is not None:
-        stiffness, damping = (np.linalg.solve(lacks.mass, it) for it in lacks.law.gains)
+        stiffness, damping = (_inverse(lacks.mass) @ it for it in lacks.law.gains)
         return stiffness, damping
     feedback = _accelerations(lacks.mass, lacks.law.asked - lacks.law.unled)
-    fits, _ = _fitted_joints(-np.stack([run.e, run.de], axis=2), feedback)
+    fits, _ = _fitted(-np.stack([run.e, run.de], axis=2), feedback)
     of_all = (len(run.t), run.joints, run.joints)
     kp, kv = fits.T
     return np.broadcast_to(np.diag(kp), of_all), np.broadcast_to(np.diag(kv), of_all)
@@ -124,30 +122,35 @@ def _memory(run: Run, lacks: Mismatch, seen: Array, law: tuple[Array, Array]) ->
     """The form that fits what the controller cancels best, in the median of all joints."""
     outside = [part for name, part in lacks.parts.items() if name not in (*INSIDE, "cancelled")]
     total, cancelled = np.sum(outside, axis=0), -lacks.parts["cancelled"]
-    left = total - cancelled
-    observed = [_integral(run.t, it) for it in (left, _accelerations(lacks.mass, left))]
-    gains, *off = _fitted_joints(-seen.transpose(1, 2, 0), _accelerations(lacks.mass, cancelled))
-    for n in range(run.joints):
-        kp, kv = (float(it[:, n, n].mean()) for it in law)
-        ki, more, damps = gains[n]
-        if np.roots([1.0, kv + damps, kp + more, ki]).real.max() >= 0.0:
-            off = [np.inf]
-    forms = [(off[0], Memory.of(run.joints, gains=gains.T))]
-    weights = (np.broadcast_to(np.eye(run.joints), lacks.mass.shape), np.linalg.inv(lacks.mass))
-    for integral, weight in zip(observed, weights, strict=True):
-        rate, left_over = _fitted_joints(integral[:, :, None], cancelled)
-        if (rate > 0.0).all():
-            forms.append((left_over, Memory.of(run.joints, rates=rate * weight)))
-    learnt, left_over = _fitted_joints(total[:, :, None], cancelled)
-    forms.append((left_over, Memory.of(run.joints, learnt=np.clip(learnt[:, 0], 0.0, 1.0))))
+    forms = []
+    gains, off = _fitted(-seen.transpose(1, 2, 0), _accelerations(lacks.mass, cancelled))
+    if _is_stable(law, gains):
+        forms.append((off, Memory.of(run.joints, gains=gains.T)))
+    one = np.broadcast_to(np.eye(run.joints), lacks.mass.shape)
+    for weight in (one, _inverse(lacks.mass)):
+        left = _integral(run.t, (weight @ (total - cancelled)[:, :, None])[:, :, 0])
+        rates, off = _fitted(left[:, :, None], cancelled)
+        if (rates > 0.0).all():
+            forms.append((off, Memory.of(run.joints, rates=rates * weight)))
+    learnt, off = _fitted(total[:, :, None], cancelled)
+    forms.append((off, Memory.of(run.joints, learnt=np.clip(learnt[:, 0], 0.0, 1.0))))
     return min(forms, key=lambda form: form[0])[1]
+
+
+def _is_stable(law: tuple[Array, Array], gains: Array) -> bool:
+    """Whether each joint by itself is stable with these gains (n, 3) beside the law's."""
+    kp, kv = (np.einsum("tii->i", it) / len(it) for it in law)
+    polynomials = np.column_stack(
+        [np.ones(len(kp)), kv + gains[:, 2], kp + gains[:, 1], gains[:, 0]]
+    )
+    return all(np.roots(row).real.max() < 0.0 for row in polynomials)
 
 
 def _followed(t: Array, causes: Array, rates: Array) -> Array:
     """What follows causes (T, n, K) at such rates, ẇ = R (cause - w), from zero on."""
     half = 0.25 * np.diff(t)[:, None, None] * (rates[1:] + rates[:-1])
     one = np.eye(rates.shape[1])
-    answer = np.linalg.inv(one + half)
+    answer = _inverse(one + half)
     keeps, pushes = answer @ (one - half), answer @ half @ (causes[1:] + causes[:-1])
     followed = np.zeros_like(causes)
     for row, keep in enumerate(keeps):
@@ -168,7 +171,7 @@ def _through(
     )
     answer = np.eye(run.joints) + 0.5 * steps * damping
     answer += 0.25 * steps**2 * stiffness + 0.125 * steps**3 * ki
-    answer = np.linalg.inv(answer)
+    answer = _inverse(answer)
     errors, rate, integral = np.zeros_like(pushes), *np.zeros((2, *pushes.shape[1:]))
     errors[0, :, -1], rate[:, -1] = run.e[0], run.de[0]
     for row, h in enumerate(np.diff(run.t)):
@@ -186,27 +189,32 @@ def _through(
     return found
 
 
-def _fitted_joints(columns: Array, values: Array) -> tuple[Array, float]:
+def _fitted(columns: Array, values: Array) -> tuple[Array, float]:
     """Factors (n, m) of the columns (T, n, m) that give the values (T, n) by least squares.
 
     And how much they are off, as a share of the values: the median of all joints.
     """
-    factors, off = [], []
-    for n, wanted in enumerate(values.T):
-        own = columns[:, n]
-        scale = np.sqrt((own**2).mean(axis=0))
-        scale[scale == 0.0] = 1.0
-        factors.append(np.linalg.lstsq(own / scale, wanted, rcond=None)[0] / scale)
-        size = np.linalg.norm(wanted)
-        if size > 0.0:
-            off.append(np.linalg.norm(own @ factors[-1] - wanted) / size)
-    return np.array(factors), float(np.median(off or [0.0]))
+    scale = np.sqrt((columns**2).mean(axis=0))
+    scale[scale == 0.0] = 1.0
+    scaled = (columns / scale).transpose(1, 0, 2)
+    solved = [
+        np.linalg.lstsq(own, it, rcond=None)[0] for own, it in zip(scaled, values.T, strict=True)
+    ]
+    factors = np.asarray(solved, dtype=float) / scale
+    left = np.linalg.norm(np.einsum("tnm,nm->tn", columns, factors) - values, axis=0)
+    size = np.linalg.norm(values, axis=0)
+    off = left[size > 0.0] / size[size > 0.0]
+    return factors, float(np.median(off)) if len(off) else 0.0
+
+
+def _inverse(matrices: Array) -> Array:
+    """The inverse of each, (T, n, n)."""
+    return np.asarray(np.linalg.inv(matrices), dtype=float)
 
 
 def _accelerations(mass: Array, torque: Array) -> Array:
     """M₀⁻¹ τ [rad/s²], row by row, (T, n)."""
-    solved: Array = np.linalg.solve(mass, torque[:, :, None])[:, :, 0]
-    return solved
+    return np.asarray(np.linalg.solve(mass, torque[:, :, None])[:, :, 0], dtype=float)
 
 
 def _integral(t: Array, values: Array) -> Array:

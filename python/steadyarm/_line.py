@@ -106,7 +106,8 @@ class Line:
         tiny = SAME * self._options["dt"]
         rows = np.minimum(np.searchsorted(self._run.t, since - tiny), len(since) - 1)
         begun = self._run.tau[0]
-        return np.where((since < -tiny)[:, None], begun, told[rows])
+        delayed: Array = np.where((since < -tiny)[:, None], begun, told[rows])
+        return delayed
 
     def _followed(self, asked: Array, said: Mapping[str, Any]) -> Array:
         """What drives that follow a torque at a limited rate let through."""

@@ -56,6 +56,9 @@ BARE: dict[str, Any] = {
 STEP = 1e-3
 """Any period [s]: a law without a memory does not depend on it."""
 
+INSIDE = ("hand_over", "sampling", "measurement", "delay", "saturation")
+"""Causes that a controller makes or cannot know of: it cancels none of them."""
+
 LOOKED_AT = 500
 """Rows in which the gains of a law are looked at, at the most."""
 
@@ -195,9 +198,9 @@ def _of_law(run: Run, scene: Scene, said: Mapping[str, Any], forward: Array) -> 
 def _asked(law: _core.Controller, *samples: Array) -> Array:
     """What a law without a memory asks for at every row, (T, n)."""
     torques = np.empty_like(samples[0])
-    for row, sample in enumerate(zip(*samples, strict=True)):
+    for row, (q, dq, q_d, dq_d, ddq_d) in enumerate(zip(*samples, strict=True)):
         law.reset()
-        law.step(*sample, STEP)
+        law.step(q, dq, q_d, dq_d, ddq_d, STEP)
         torques[row] = law.tau_model
     return torques
 
@@ -248,7 +251,7 @@ def _bare(said: Mapping[str, Any]) -> dict[str, Any]:
     changes: dict[str, Any] = dict(BARE)
     if "compensator" in said:
         changes["compensator"] = None
-    elif "compensator" in said["law"]:
+    elif said["law"]["law"] == "computed_torque":
         changes["law"] = {
             name: value for name, value in said["law"].items() if name != "compensator"
         }

@@ -40,18 +40,23 @@ def disturbance_torque(plant: _core.Plant, run: Run, options: Mapping[str, Any])
 def _over_time(push: Any, columns: int, run: Run, options: Mapping[str, Any]) -> Array:
     """What depends on the time alone, (T, columns)."""
     arm = _core.Serial.from_dh(np.zeros(columns), 0.0, 0.0, armature=1.0, gravity=np.zeros(3))
-    resting = _core.Quintic(np.zeros(columns), np.zeros(columns), 1.0)
-    tracker = _core.ComputedTorque(arm, 1.0, 2.0)
-    numerics = (options["duration"], options["dt"], "rk4", None, None, None, 1e-8, 1e-10)
+    still = _core.Quintic(np.zeros(columns), np.zeros(columns), 1.0)
     record, _ = _core.simulate(
         _core.Plant(arm, push),
-        tracker,
-        resting,
-        *numerics,
-        options["record_every"],
-        "all",
-        None,
-        None,
+        _core.ComputedTorque(arm, 1.0, 2.0),
+        still,
+        duration=options["duration"],
+        dt=options["dt"],
+        method="rk4",
+        control_period=None,
+        q0=None,
+        dq0=None,
+        rtol=1e-8,
+        atol=1e-10,
+        record_every=options["record_every"],
+        record="all",
+        effects=None,
+        progress=None,
     )
     rows = np.searchsorted(record["columns"]["t"], run.t)
     pushed: Array = -record["columns"]["rho"][rows]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._error_loop import responses
-from ._mismatch import mismatch
+from ._mismatch import INSIDE, mismatch
 from .run import Run
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ NAMED, SMALL, DOUBTED = 3, 0.05, 0.3
 makes it doubt the estimate."""
 
 NOTHING = 1e-12
-"""An error or torque of less than this share of the motion or torque is rounding."""
+"""An error [rad] or a torque [N·m] that is smaller is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ class Attribution:
 
     @property
     def mismatch(self) -> Array:
-        """What there was to cancel, all causes together [N·m], (T, n)."""
+        """All causes together, before the controller cancels any [N·m], (T, n)."""
         return self.whole - self.torque["cancelled"]
 
     @property
@@ -107,12 +107,12 @@ class Attribution:
         whole. It is negative for a cause that made the mismatch smaller. NaN without a mismatch.
         """
         parts = {name: part for name, part in self.torque.items() if name != "cancelled"}
-        return self._shares(parts, self.mismatch, np.abs(self.torque["cancelled"]).max(initial=1.0))
+        return self._shares(parts, self.mismatch)
 
     @property
     def error_shares(self) -> dict[str, Array]:
         """Shares of the error, (n,) each, likewise: an estimate."""
-        return self._shares(self.error, self.e, 1.0)
+        return self._shares(self.error, self.e)
 
     @property
     def rms_torque(self) -> dict[str, Array]:
@@ -131,13 +131,17 @@ class Attribution:
 
     @property
     def cancelled(self) -> Array:
-        """Share of the mismatch that the controller cancels, (n,): 1 - RMS left / RMS of all.
+        """Share of what the model lacks that the controller cancels, (n,).
 
-        Negative where it makes it larger; NaN without a mismatch.
+        1 - RMS left / RMS of all, of the causes but "hand_over", "sampling", "measurement", "delay"
+        and "saturation", which no controller can cancel. Negative where it makes them larger; NaN
+        where there are none.
         """
-        left, whole = _rms(self.whole[self.rows]), _rms(self.mismatch[self.rows])
-        known = whole > NOTHING
-        return np.where(known, 1.0 - left / np.where(known, whole, 1.0), np.nan)
+        known = (name for name in self.torque if name not in (*INSIDE, "cancelled"))
+        lacks = np.sum([self.torque[name] for name in known], axis=0)
+        left, whole = (_rms(it[self.rows]) for it in (lacks + self.torque["cancelled"], lacks))
+        there = whole > NOTHING
+        return np.where(there, 1.0 - left / np.where(there, whole, 1.0), np.nan)
 
     def sentence(self, joint: int | None = None) -> str:
         """Why the error of a joint is what it is, in words.
@@ -189,15 +193,17 @@ class Attribution:
                     )
             lines.append("")
         cancelled = "".join(f"{100 * x:10.1f}" for x in self.cancelled)
-        return "\n".join([*lines, f"{'cancelled of it by the controller [%]':<38}{cancelled}"])
+        return "\n".join([*lines, f"{'cancelled of what the model lacks [%]':<38}{cancelled}"])
 
     def _made_up_for(self, joint: int) -> str:
         share = float(self.cancelled[joint])
         if not self.torque["cancelled"].any():
-            return "The controller has nothing that cancels the mismatch."
+            return "The controller cancels nothing of what its model lacks."
+        if np.isnan(share):
+            return "Its model lacks nothing."
         if share < 0.0:
-            return f"What the controller adds makes the mismatch {percent(-share)} larger."
-        return f"The controller cancels {percent(share)} of the mismatch."
+            return f"What it adds makes what its model lacks {percent(-share)} larger."
+        return f"The controller cancels {percent(share)} of what its model lacks."
 
     @property
     def rows(self) -> NDArray[np.bool_]:
@@ -205,10 +211,10 @@ class Attribution:
         rows: NDArray[np.bool_] = (self.t >= self.window[0]) & (self.t <= self.window[1])
         return rows
 
-    def _shares(self, parts: Mapping[str, Array], whole: Array, scale: float) -> dict[str, Array]:
+    def _shares(self, parts: Mapping[str, Array], whole: Array) -> dict[str, Array]:
         whole = whole[self.rows]
         power = (whole**2).mean(axis=0)
-        power = np.where(np.sqrt(power) > NOTHING * scale, power, np.nan)
+        power = np.where(np.sqrt(power) > NOTHING, power, np.nan)
         return {
             name: (part[self.rows] * whole).mean(axis=0) / power for name, part in parts.items()
         }
