@@ -38,9 +38,6 @@ stick out of the axes."""
 
 def attribution(found: Attribution, joints: Sequence[int]) -> plots.Picture:
     """Draw these joints, one below the other, the shares of the error at the right."""
-    unknown = [joint for joint in joints if not 0 <= joint < found.e.shape[1]]
-    if unknown:
-        raise ValueError(f"joints: got {unknown[0]}, wants 0 to {found.e.shape[1] - 1}")
     height = 2.6 if len(joints) < 4 else 1.75
     picture = plots.Picture(width=11.0, height=height * len(joints) + 1.0)
     grid = picture.add_gridspec(len(joints), 2, width_ratios=(2.2, 1.0))
@@ -51,9 +48,9 @@ def attribution(found: Attribution, joints: Sequence[int]) -> plots.Picture:
         _stacked(over_time, found, joint, colours)
         _bars(bars, {name: float(it[joint]) for name, it in found.error_shares.items()}, colours)
         over_time.set_title(f"joint {joint + 1}", loc="right", fontsize=11, fontweight="bold")
-        rms = 1e3 * found.rms_of_error[joint]
-        bars.set_title(f"error, RMS {rms:.3g} mrad", loc="left", fontsize=9, color=plots.INK)
-        over_time.set_ylabel("torque [N·m]")
+        unit, rms = found.units[joint], 1e3 * found.rms_of_error[joint]
+        bars.set_title(f"error, RMS {rms:.3g} m{unit}", loc="left", fontsize=9, color=plots.INK)
+        over_time.set_ylabel("torque [N·m]" if unit == "rad" else "force [N]")
         handles, labels = over_time.get_legend_handles_labels()
         keys |= dict(zip(labels, handles, strict=True))
         over_time.tick_params(labelbottom=row == len(joints) - 1)

@@ -40,6 +40,7 @@ class Line:
         self.arrived = self._at_links(said)
         told = np.clip(run.tau_commanded, -plant.effort_limit, plant.effort_limit)  # type: ignore[attr-defined]
         acting = run.tau / _or(said["gain"], 1.0)
+        self._begun = acting[0]  # what was on the joints before the first torque arrived
         late, lags = bool(said["delay"]), np.any(_or(said["lag"], 0.0) > 0.0)
         limits_rate = np.isfinite(_or(said["effort_rate_limit"], np.inf)).any()
         if limits_rate:
@@ -105,8 +106,7 @@ class Line:
         since = seen - delay * self._options["control_period"]
         tiny = SAME * self._options["dt"]
         rows = np.minimum(np.searchsorted(self._run.t, since - tiny), len(since) - 1)
-        begun = self._run.tau[0]
-        delayed: Array = np.where((since < -tiny)[:, None], begun, told[rows])
+        delayed: Array = np.where((since < -tiny)[:, None], self._begun, told[rows])
         return delayed
 
     def _followed(self, asked: Array, said: Mapping[str, Any]) -> Array:
@@ -114,7 +114,7 @@ class Line:
         change = _or(said["effort_rate_limit"], np.inf) * self._options["control_period"]
         seen = self._seen()
         assert seen is not None
-        told, last = np.empty_like(asked), self._run.tau[0]
+        told, last = np.empty_like(asked), self._begun
         for row, torque in enumerate(asked):
             if row == 0 or seen[row] != seen[row - 1]:
                 last = np.clip(torque, last - change, last + change)

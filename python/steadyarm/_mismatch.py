@@ -94,6 +94,8 @@ class Mismatch:
     law: Asked
     mass: Array
     """M₀ [kg·m²], (T, n, n)."""
+    kinds: tuple[str, ...]
+    """How the joints move."""
     notes: tuple[str, ...]
 
 
@@ -123,7 +125,8 @@ def mismatch(
     parts["cancelled"] = -run.tau_compensation
     whole = (law.asked - law.unled) - _times(mass, ddq - run.ddq_d)
     parts["rest"] = whole - sum(parts.values())
-    return Mismatch(parts, whole, law, mass, (*law.notes, *line.notes))
+    notes = (*law.notes, *line.notes)
+    return Mismatch(parts, whole, law, mass, nominal.joint_kinds, notes)
 
 
 def _of_arm(

@@ -91,6 +91,8 @@ class Attribution:
     """Tracking error [rad], (T, n)."""
     window: tuple[float, float]
     """From when to when the shares are [s]."""
+    units: tuple[str, ...]
+    """"rad" of each joint, "m" of a prismatic one, whose torques are forces [N]."""
     notes: tuple[str, ...] = ()
     """What to know of these figures, in words."""
 
@@ -146,14 +148,16 @@ class Attribution:
     def sentence(self, joint: int | None = None) -> str:
         """Why the error of a joint is what it is, in words.
 
-        ``joint`` counts from 0; None: that with the largest RMS error.
+        ``joint`` counts from 0; None: that with the largest RMS error. Raises ValueError for a
+        joint that is not there.
         """
         size = self.rms_of_error
-        joint = int(np.argmax(size)) if joint is None else joint
+        joint = int(np.argmax(size)) if joint is None else self.known(joint)
         of_error = {name: float(share[joint]) for name, share in self.error_shares.items()}
         of_torque = {name: float(share[joint]) for name, share in self.torque_shares.items()}
         start, end = self.window
-        where = f"joint {joint + 1} (RMS {1e3 * size[joint]:.3g} mrad, {start:.4g} to {end:.4g} s)"
+        rms = f"RMS {1e3 * size[joint]:.3g} m{self.units[joint]}"
+        where = f"joint {joint + 1} ({rms}, {start:.4g} to {end:.4g} s)"
         if size[joint] <= NOTHING:
             return f"There is no error of joint {joint + 1} to speak of."
         if abs(of_error["rest"]) <= DOUBTED:
@@ -170,11 +174,18 @@ class Attribution:
     def plot(self, *joints: int) -> Figure:
         """Draw the torque by cause over the window, and the shares of the error.
 
-        ``joints`` count from 0; none for all of them.
+        ``joints`` count from 0; none for all of them. Raises ValueError for one that is not there.
         """
         from . import _attribution_plot
 
-        return _attribution_plot.attribution(self, joints or tuple(range(self.e.shape[1])))
+        shown = [self.known(joint) for joint in joints] or range(len(self.units))
+        return _attribution_plot.attribution(self, shown)
+
+    def known(self, joint: int) -> int:
+        """The joint, if there is one of this number from 0 on; ValueError if not."""
+        if joint not in range(len(self.units)):
+            raise ValueError(f"joint: got {joint}, wants 0 to {len(self.units) - 1}")
+        return joint
 
     def __str__(self) -> str:
         """The sentence, and the shares in tables."""
@@ -272,7 +283,8 @@ def attribution(
     torque = {name: lacks.parts[name] for name in WORDS if name in lacks.parts}
     found = responses(run, lacks)
     error = {name: found[name] for name in WORDS if name in found}
-    return Attribution(run.t, torque, lacks.whole, error, run.e, (start, end), lacks.notes)
+    units = tuple("m" if kind == "prismatic" else "rad" for kind in lacks.kinds)
+    return Attribution(run.t, torque, lacks.whole, error, run.e, (start, end), units, lacks.notes)
 
 
 def _listed(shares: Mapping[str, float], link: str) -> str:

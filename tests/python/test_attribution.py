@@ -78,6 +78,23 @@ def test_causes_of_the_arm_are_the_recorded_model_error(method: str) -> None:
     np.testing.assert_allclose(found.whole, missing, rtol=0, atol=1e-9)
 
 
+def test_causes_of_a_sampled_loop_are_the_recorded_model_error_too() -> None:
+    """Where the law saw what was there, M₀ ρ = M₀ q̈ + H₀ - (model + compensation)."""
+    arm = robot("ur5e")
+    true = arm.with_payload(1.5).with_friction(viscous=0.4, coulomb=0.6)
+    plant = sa.Plant(arm, sa.Noise(0.3, 10.0), 150.0, changes=[(0.5, true)])
+    effects = sa.Effects(delay=2, gain=0.93, lag=2e-3, cogging=0.2, effort_rate_limit=3e3)
+    path = waves(6, 0.2, offset=scenes.UR5E)
+    run = follow(arm, plant, path, sa.laws.pid, duration=1.0, bandwidth=8.0, effects=effects)
+    found = sa.attribution(run)
+    assert_adds_up(found, run)
+    acted = sum(found.torque[name] for name in (*ARM, *LOAD, "saturation", "delay", "actuators"))
+    wanted = -times([arm.mass_matrix(q) for q in run.q], run.rho)
+    # At the last row no sample is taken.
+    np.testing.assert_allclose(acted[:-1], wanted[:-1], rtol=0, atol=1e-9)
+    assert np.abs(found.torque["measurement"][:-1]).max() < 1e-9
+
+
 PUSHES = {
     "pulses": sa.Pulses((0.2, 0.5), ((2.0, -1.0), (0.5, 3.0)), 0.4, "half_sine"),
     "noise": sa.Noise((0.5, 1.0), 5.0, seed=3),
@@ -216,6 +233,19 @@ def test_all_effects_add_up(effects: sa.Effects) -> None:
     for options in ({}, {"record_every": 5, "control_period": 2e-3}):
         run = follow(*small(coulomb=0.5), waves(2, 0.5), effects=effects, **options)
         assert_adds_up(sa.attribution(run), run)
+
+
+def test_what_a_late_drive_follows_slowly_acts_so_much_later() -> None:
+    """What its rate limit lets through at a row acts two samples, four rows, after it."""
+    effects = sa.Effects(effort_rate_limit=40.0, delay=2, gain=1.1)
+    run = follow(*small(), waves(2, 0.5, 3.0), effects=effects, control_period=2e-3)
+    found = sa.attribution(run)
+    told = run.tau_model + run.tau_compensation - found.torque["saturation"]
+    acting = told - found.torque["delay"]
+    assert np.abs(found.torque["saturation"]).max() > 1.0
+    assert (np.abs(np.diff(told, axis=0)) <= 0.08 + 1e-9).all()
+    np.testing.assert_allclose(acting[4:-1], told[:-5], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.torque["actuators"], -0.1 * acting, rtol=0, atol=1e-9)
 
 
 def test_gears_that_give_are_actuators() -> None:
@@ -384,6 +414,19 @@ def test_runs_that_do_not_say_enough_are_refused() -> None:
 # Words and pictures.
 
 
+def test_a_prismatic_joint_has_metres_and_newtons() -> None:
+    """A carriage of 2 kg, pushed."""
+    rail = sa.Serial.from_dh(
+        [0.0], 0.0, 0.0, kind="prismatic", mass=2.0, inertia=[[0.1, 0.1, 0.1]], gravity=np.zeros(3)
+    )
+    plant = sa.Plant(rail, sa.Sines(0.0, offset=[4.0]))
+    found = sa.attribution(follow(rail, plant, waves(1, 0.1), bandwidth=10.0, duration=2.0))
+    # 4 N on 2 kg against k_p = 100: 20 mm in the end.
+    assert np.isclose(found.e[-1, 0], -0.02, rtol=1e-3)
+    assert " mm, 0 to 2 s) is the disturbance" in found.sentence()
+    assert found.plot().axes[0].get_ylabel() == "force [N]"
+
+
 def test_shares_are_projections_on_the_whole() -> None:
     found = sa.attribution(scenes.panda_payload(), window=(1.0, 3.0))
     rows = (found.t >= 1.0) & (found.t <= 3.0)
@@ -426,5 +469,7 @@ def test_the_picture_has_a_row_a_joint_with_areas_that_end_at_their_sum() -> Non
     share = 100.0 * found.error_shares["payload_gravity"][1]
     assert first == f"{share:.0f} %  gravity of the payload"
     assert len(found.plot().axes) == 14
-    with pytest.raises(ValueError, match=r"^joints: got 7, wants 0 to 6"):
+    with pytest.raises(ValueError, match=r"^joint: got 7, wants 0 to 6"):
         found.plot(7)
+    with pytest.raises(ValueError, match=r"^joint: got -1, wants 0 to 6"):
+        found.sentence(-1)
