@@ -172,6 +172,18 @@ def test_a_payload_that_the_controller_believes_in_is_taken_off_a_lighter_plant(
     assert np.abs(found.torque["gravity"]).max() > 5.0
 
 
+def test_a_heavier_last_link_that_no_added_body_explains_is_no_payload() -> None:
+    """A kilogram more, and less about one axis: no body has negative moments."""
+    arm = robot("panda")
+    changed = arm.inertial_parameters()
+    changed[60] += 1.0
+    changed[64] -= 0.002  # the moment about x
+    plant = sa.Plant(arm.with_parameters(changed))
+    found = sa.attribution(follow(arm, plant, waves(7, 0.2, offset=PANDA)))
+    assert all(not found.torque[name].any() for name in LOAD)
+    assert np.abs(found.torque["gravity"]).max() > 1.0
+
+
 def test_what_is_carried_can_be_told() -> None:
     """Of a two-link arm, or where other links are wrong too."""
     arm = robot("panda")
@@ -233,6 +245,45 @@ def test_all_effects_add_up(effects: sa.Effects) -> None:
     for options in ({}, {"record_every": 5, "control_period": 2e-3}):
         run = follow(*small(coulomb=0.5), waves(2, 0.5), effects=effects, **options)
         assert_adds_up(sa.attribution(run), run)
+
+
+def test_until_the_first_torque_arrives_that_acts_which_was_there() -> None:
+    """Gravity is carried from the start; a drive with a lag has a share of 0.9 of it."""
+    arm = two_link(gravity=9.81)
+    effects = sa.Effects(delay=3, lag=5e-3, gain=0.9)
+    run = follow(arm, sa.Plant(arm), waves(2, 0.3), effects=effects, duration=0.1)
+    found = sa.attribution(run)
+    begun = arm.gravity(run.q[0])
+    np.testing.assert_allclose(run.tau[0], 0.9 * begun, rtol=1e-12)
+    np.testing.assert_allclose(found.torque["actuators"][:3], begun - run.tau[:3], atol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["computed_torque", "pid"])
+def test_a_hand_over_is_all_that_is_missing_where_the_model_is_right(law: str) -> None:
+    """The law sees what is there, of the reference that is handed over: nothing is measured wrong.
+
+    And an integral that sees no error in it makes none.
+    """
+    tracker = getattr(sa.laws, law)(two_link(), bandwidth=15.0, hand_over=3.0)
+    run = follow(*small(), waves(2, 0.5), tracker, q0=(0.4, -0.4), dq0=(0.3, 0.0))
+    found = sa.attribution(run)
+    assert_adds_up(found, run)
+    assert np.abs(found.torque["measurement"]).max() < 1e-9
+    shares = found.error_shares
+    assert (np.abs(shares["hand_over"] + shares["start"] - 1.0) < 0.01).all()
+    assert (np.abs(shares.get("cancelled", np.zeros(2))) < 0.01).all()
+
+
+def test_a_bumpless_start_is_part_of_the_hand_over() -> None:
+    """(τ(0₋) - τ(0)) exp(-at) of the torque, from 2 N·m on."""
+    tracker = sa.laws.computed_torque(two_link(), bandwidth=15.0, bumpless=4.0, last_tau=2.0)
+    run = follow(*small(), waves(2, 0.5), tracker)
+    found = sa.attribution(run)
+    assert_adds_up(found, run)
+    assert np.abs(found.torque["measurement"]).max() < 1e-9
+    np.testing.assert_allclose(run.tau[0], 2.0, rtol=1e-12)
+    missing = found.torque["hand_over"]
+    np.testing.assert_allclose(missing, missing[0] * np.exp(-4.0 * run.t)[:, None], atol=1e-9)
 
 
 def test_what_a_late_drive_follows_slowly_acts_so_much_later() -> None:
