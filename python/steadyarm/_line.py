@@ -29,7 +29,6 @@ class Line:
 
     def __init__(self, run: Run, plant: _core.Plant, options: Mapping[str, Any]) -> None:
         self._run, self._options = run, options
-        self.notes: tuple[str, ...] = ()
         self.told = self.acting = self.arrived = run.tau
         self.cogging = np.zeros_like(run.tau)
         if "tau_commanded" not in run.channels:
@@ -47,11 +46,6 @@ class Line:
             told = acting if not (late or lags) else self._followed(told, said)
         if lags:
             acting = self._delayed(told, said["delay"])
-        if (late or lags) and (lags or limits_rate) and self._are_apart:
-            self.notes = (
-                "rows are further apart than samples, so what limits, delay and drives did is told "
-                "apart roughly; take record_every=1",
-            )
         self.told, self.acting = told, acting
 
     def at_samples(self, columns: Array) -> Array:
@@ -75,10 +69,19 @@ class Line:
         return seen
 
     @property
-    def _are_apart(self) -> bool:
-        """Whether samples may fall between rows."""
-        space = self._options["dt"] * self._options["record_every"]
-        return bool(space > self._options["control_period"] * (1.0 + SAME))
+    def notes(self) -> tuple[str, ...]:
+        """What to know of the stations."""
+        seen = self._seen()
+        if seen is None:
+            return ()
+        t, tiny = self._run.t, SAME * self._options["dt"]
+        rows = np.minimum(np.searchsorted(t, seen - tiny), len(t) - 1)
+        if (np.abs(t[rows] - seen) <= tiny).all():
+            return ()
+        return (
+            "samples fall between the rows: sampling and measurement, and the limits, delay and "
+            "lag of drives, are told apart roughly; their sum is exact",
+        )
 
     def _at_links(self, said: Mapping[str, Any]) -> Array:
         """What arrives at the links; through gears that give, what the gears give."""

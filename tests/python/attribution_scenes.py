@@ -205,3 +205,13 @@ PLANTED: dict[Callable[[], sa.Run], str] = {
     ur5e_inertia: "inertia",
 }
 """Scenes with the cause that is planted in each."""
+
+
+def assert_adds_up(found: sa.Attribution, run: sa.Run) -> None:
+    """To 1e-9 N·m at every row, with a rest that is rounding; and the error to rounding."""
+    assert np.abs(sum(found.torque.values()) - found.whole).max() < 1e-9
+    assert np.abs(found.torque["rest"]).max() < 1e-9
+    assert np.abs(sum(found.error.values()) - run.e).max() < 1e-12
+    for shares in (found.torque_shares, found.error_shares):
+        total = sum(shares.values())
+        assert np.abs(total[~np.isnan(total)] - 1.0).max(initial=0.0) < 1e-9
