@@ -6,8 +6,8 @@ in the place of A - A₀ and of what the controller cancels, c,
     ë + V ė + P e + k_i ∫e = -M₀⁻¹ Σ causes.
 
 P = -M₀⁻¹ ∂A/∂e and V = -M₀⁻¹ ∂A/∂ė are the law's own at every row; in computed torque they are K_p
-and K_v. Of c one form is taken, that which fits the run best, joint by joint
-and by least squares, with d all causes but those `INSIDE` the loop:
+and K_v. Of c one form is taken, that which fits the run best, joint by joint and by least squares,
+with d all causes but those `INSIDE` the loop:
 
     M₀⁻¹ c ≈ -(k_i ∫e + k_p e + k_v ė)     an integral, which becomes a part of the loop
     c ≈ l ∫(d - c)                         an observer of rate l, which follows every cause
@@ -75,7 +75,8 @@ def responses(run: Run, lacks: Mismatch) -> dict[str, Array]:
             known = sum(inputs.values(), np.zeros_like(run.e))
             pushed = _accelerations(lacks.mass, -lacks.whole)
             inputs["cancelled"] = pushed + (gains * (seen + shift)).sum(axis=0) - known
-        errors = _through(run, law, memory, inputs)
+        with np.errstate(over="ignore", invalid="ignore"):
+            errors = _through(run, law, memory, inputs)
         if all(np.abs(it).max() <= FAR * np.abs(run.e).max() for it in errors.values()):
             return errors
     return {name: np.full_like(run.e, np.nan) for name in errors}

@@ -189,29 +189,26 @@ class Attribution:
 
     def __str__(self) -> str:
         """The sentence, and the shares in tables."""
-        lines = [self.sentence(), *self.notes, ""]
-        heads = "".join(f"{f'joint {n + 1}':>10}" for n in range(self.e.shape[1]))
+        heads = "".join(f"{f'joint {n + 1}':>10}" for n in range(len(self.units)))
+        lines = [self.sentence(), *self.notes]
         tables = {
             "of the error, estimated [%]": self.error_shares,
             "of the missing torque [%]": self.torque_shares,
         }
         for title, shares in tables.items():
-            lines.append(f"{title:<38}{heads}")
+            lines += ["", f"{title:<38}{heads}"]
             for name, share in shares.items():
                 if (np.abs(share) >= 5e-4).any():
-                    lines.append(
-                        f"  {WORDS[name]:<36}" + "".join(f"{100 * x:10.1f}" for x in share)
-                    )
-            lines.append("")
-        cancelled = "".join(f"{100 * x:10.1f}" for x in self.cancelled)
-        return "\n".join([*lines, f"{'cancelled of what the model lacks [%]':<38}{cancelled}"])
+                    lines.append(f"  {WORDS[name]:<36}{_cells(share)}")
+        cancelled = "cancelled of what the model lacks [%]"
+        return "\n".join([*lines, "", f"{cancelled:<38}{_cells(self.cancelled)}"])
 
     def _made_up_for(self, joint: int) -> str:
         share = float(self.cancelled[joint])
-        if not self.torque["cancelled"].any():
-            return "The controller cancels nothing of what its model lacks."
         if np.isnan(share):
             return "Its model lacks nothing."
+        if not self.torque["cancelled"].any():
+            return "The controller cancels nothing of what its model lacks."
         if share < 0.0:
             return f"What it adds makes what its model lacks {percent(-share)} larger."
         return f"The controller cancels {percent(share)} of what its model lacks."
@@ -300,6 +297,13 @@ def _listed(shares: Mapping[str, float], link: str) -> str:
 def percent(share: float) -> str:
     """A share in whole percent."""
     return f"{100.0 * share:.0f} %".replace("-", "−")
+
+
+def _cells(shares: Array) -> str:
+    """A row of a table, in percent."""
+    return "".join(
+        f"{'–' if np.isnan(x) else f'{round(100.0 * x, 1) + 0.0:.1f}':>10}" for x in shares
+    )
 
 
 def _rms(values: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Attribution: the estimate of the error is that of the loop, and what goes away without a cause."""
+"""Attribution: the estimate of the error is the loop's, and what goes away without a cause."""
 
 from __future__ import annotations
 
