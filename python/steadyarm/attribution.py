@@ -209,9 +209,9 @@ class Attribution:
             return "Its model lacks nothing."
         if not self.torque["cancelled"].any():
             return "The controller cancels nothing of what its model lacks."
-        if share < 0.0:
+        if share <= -0.005:
             return f"What it adds makes what its model lacks {percent(-share)} larger."
-        return f"The controller cancels {percent(share)} of what its model lacks."
+        return f"The controller cancels {percent(max(share, 0.0))} of what its model lacks."
 
     @property
     def rows(self) -> NDArray[np.bool_]:
@@ -239,8 +239,8 @@ def attribution(
 
     The torque that the model of its controller lacks is split by cause, exactly, at every row; an
     estimate sends each cause through the loop to the error. `Attribution` says what the causes are;
-    print it, or draw it. Steps of a run that are further apart than its samples (``record_every``)
-    make the estimate of the error coarser.
+    print it, or draw it. Rows that are further apart than the samples (``record_every``) make the
+    estimate of the error coarser.
 
     Parameters
     ----------
@@ -254,10 +254,10 @@ def attribution(
 
     Raises
     ------
-    ValueError
-        For a run that does not say what it was made with (of a guard, of an older file, or made by
-        ``dataclasses.replace``), that has no torques or fewer than two rows, and for a ``window``
-        without a row.
+    ValueError, TypeError
+        Naming the argument: a run that does not say what it was made with (of a guard, of
+        an older file, or made by ``dataclasses.replace``), that has no torques or fewer than two
+        rows, or a ``window`` without a row.
     """
     scene = run._made
     if scene is None:
@@ -270,6 +270,8 @@ def attribution(
             f"run: got one with {len(run.tau)} rows of torques, wants two at least; "
             'record="motion" keeps none'
         )
+    if unloaded is not None and not isinstance(unloaded, _core.Arm):
+        raise TypeError(f"unloaded: got {unloaded!r:.80}, wants an Arm")
     if unloaded is not None and unloaded.joints != run.joints:
         raise ValueError(f"unloaded: got {unloaded.joints} joints, wants {run.joints}")
     start, end = (float(run.t[0]), float(run.t[-1])) if window is None else window

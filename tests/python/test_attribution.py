@@ -110,6 +110,8 @@ def test_runs_that_do_not_say_enough_are_refused() -> None:
         sa.attribution(run, window=(9.0, 10.0))
     with pytest.raises(ValueError, match=r"^unloaded: got 7 joints, wants 2"):
         sa.attribution(run, unloaded=robot("panda"))
+    with pytest.raises(TypeError, match=r"^unloaded: got 2.0, wants an Arm"):
+        sa.attribution(run, unloaded=2.0)  # type: ignore[arg-type]
     guard = sa.Guard(sa.ComputedTorque(two_link(), 100, 20), PERIOD, effort_limit=100.0)
     guarded = sa.simulate(sa.Plant(two_link()), guard, waves(2, 0.1), 0.1, control_period=PERIOD)
     with pytest.raises(ValueError, match="wants one of `simulate` without a guard"):
