@@ -76,8 +76,12 @@ class Learned:
         p = ", ".join(f"{x:.3g}" for x in self.bandwidth)
         said = [f"bandwidth {p} rad/s"]
         if self.condition > SURE:
-            doubt = "the proof says nothing" if self.condition > DOUBTFUL else "it is near the limit"
-            said.append(f"learning: condition {self.condition:.2g}, {doubt}; declare a narrower load")
+            doubt = (
+                "the proof says nothing" if self.condition > DOUBTFUL else "it is near the limit"
+            )
+            said.append(
+                f"learning: condition {self.condition:.2g}, {doubt}; declare a narrower load"
+            )
         if self.payload is not None:
             said.append(f"load at the tip: {self.payload:.4g} ± {self.payload_deviation:.2g} kg")
         if self.payload_com is not None:
