@@ -51,8 +51,8 @@ from .bench import Scenario, compare, scenario_names
 from .centers import centers_for
 from .comparison import Comparison
 from .design import DesignReport, design
-from .learned import Learned, learned
 from .learnable import Learnable, learnable
+from .learned import Learned, learned
 from .metrics import Metrics
 from .recommended import recommended
 from .run import Certificate, Channel, GuardReport, Run, Status

@@ -32,8 +32,10 @@ const CYCLE: f64 = 0.02;
 const FORGETTING: f64 = 100.0;
 /// Cut-off of the velocity on which friction is learnt \[Hz\].
 const FRICTION_CUT_OFF: f64 = 15.0;
-/// Where a joint is farther from the desired motion \[rad\], Φ(q_d) is not what acts.
+/// Where a joint is farther from the desired motion \[rad\], Φ(q_d) is not what acts; a row is learnt
+/// if that was so, or a torque limited, in less than this share of the time that the filter sees.
 const FAR: f64 = 0.1;
+const ASTRAY: f64 = 0.02;
 /// A joint that is slower rests [rad/s]; a row is learnt if it rested less than this share of the
 /// time that the filter sees.
 const REST: f64 = 0.02;
@@ -105,8 +107,9 @@ pub(super) struct Filtered<const N: usize> {
     /// LP[τ_a − ID₀] [N·m], and LP[Dė'] [N·m·s].
     pub torque: Vector<N>,
     pub momentum: Vector<N>,
-    /// LP of whether a joint rests, or the arm is far off.
-    pub unfit: Vector<N>,
+    /// LP of whether a joint rests, and of whether the arm is far off or its torque limited.
+    pub rest: Vector<N>,
+    pub astray: f64,
     /// Length of the last period, and time since P last forgot \[s\].
     pub period: f64,
     pub since: f64,
@@ -187,7 +190,8 @@ impl<const N: usize> Filtered<N> {
             zeta: zeros,
             torque: zeros,
             momentum: zeros,
-            unfit: zeros,
+            rest: zeros,
+            astray: 0.0,
             period: 0.0,
             since: 0.0,
         }
@@ -388,25 +392,20 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         let last = filtered.momentum;
         filtered.torque += (acting.torque + now.cut - filtered.torque) * share;
         filtered.momentum += (momentum - last) * share;
-        let unfit = velocity.map(|v| if now.far || v.abs() < REST { 1.0 } else { 0.0 });
-        filtered.unfit += (unfit - filtered.unfit) * share;
+        let rests = velocity.map(|v| if v.abs() < REST { 1.0 } else { 0.0 });
+        filtered.rest += (rests - filtered.rest) * share;
+        let astray = now.far || now.cut != Vector::<N>::zeros();
+        filtered.astray += (if astray { 1.0 } else { 0.0 } - filtered.astray) * share;
         filtered.since += dt;
         if learns {
             let change = (filtered.momentum - last) / dt;
             let wanted = filtered.torque - change * self.gains.acceleration_share;
-            self.learn(k, &wanted, &now.cut, filtered, &mut parts);
+            self.learn(k, &wanted, filtered, &mut parts);
         }
     }
 
     /// The rows whose turn it is in period `k`, and after all of them P forgets.
-    fn learn(
-        &self,
-        k: u64,
-        wanted: &Vector<N>,
-        cut: &Vector<N>,
-        filtered: &mut Filtered<N>,
-        parts: &mut Parts<'_>,
-    ) {
+    fn learn(&self, k: u64, wanted: &Vector<N>, filtered: &mut Filtered<N>, parts: &mut Parts<'_>) {
         let Parts { regression, inertial, own, .. } = parts;
         let cycle = libm::rint(CYCLE / self.gains.control_period).max(1.0) as u64;
         let tasks = (N + 1).div_ceil(cycle as usize);
@@ -416,7 +415,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
                 let share = filtered.since / FORGETTING;
                 regression.forget(share.min(1.0), self.features.prior());
                 filtered.since = 0.0;
-            } else if cut[n] == 0.0 && filtered.unfit[n] <= RESTED {
+            } else if filtered.rest[n] <= RESTED && filtered.astray <= ASTRAY {
                 let own = &own[n * self.features.own()..][..self.features.own()];
                 let row = self.features.row(n, &inertial[self.features.acting(n)], own);
                 regression.learn(&row, wanted[n], self.features.unit[n]);

@@ -54,9 +54,9 @@ where
         }
         put_all(put, rest);
         let it = &state.filtered;
-        let vectors = [&it.velocity, &it.slow, &it.zeta, &it.torque, &it.momentum, &it.unfit];
+        let vectors = [&it.velocity, &it.slow, &it.zeta, &it.torque, &it.momentum, &it.rest];
         vectors.into_iter().for_each(|part| put_all(put, part.as_slice()));
-        put_all(put, &[it.period, it.since]);
+        put_all(put, &[it.period, it.since, it.astray]);
         for Decided { torque, v, dq } in &state.decided {
             [torque, v, dq].into_iter().for_each(|part| put_all(put, part.as_slice()));
         }
@@ -118,9 +118,10 @@ type Signals<const N: usize> = (Filtered<N>, [Decided<N>; MAX_DELAY + 1]);
 fn signals<const N: usize>(rest: &mut Numbers<'_>) -> Result<Signals<N>> {
     let mut vector = || rest.vector::<N>();
     let [velocity, slow, zeta] = [vector()?, vector()?, vector()?];
-    let [torque, momentum, unfit] = [vector()?, vector()?, vector()?];
-    let (period, since) = (rest.number()?, rest.number()?);
-    let filtered = Filtered { velocity, slow, zeta, torque, momentum, unfit, period, since };
+    let [torque, momentum, resting] = [vector()?, vector()?, vector()?];
+    let [period, since, astray] = [rest.number()?, rest.number()?, rest.number()?];
+    let filtered =
+        Filtered { velocity, slow, zeta, torque, momentum, rest: resting, period, since, astray };
     let mut decided = [Decided::nothing(); MAX_DELAY + 1];
     for Decided { torque, v, dq } in &mut decided {
         (*torque, *v, *dq) = (rest.vector()?, rest.vector()?, rest.vector()?);

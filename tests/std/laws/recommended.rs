@@ -123,7 +123,6 @@ fn an_arm_of_twice_or_half_the_inertia_is_tracked_within_a_milliradian() {
     for (actual, bound) in cases {
         let mut state = State::new(it.compensator.state());
         let [one, two, moved, peak] = figures(&run(actual, &it, &mut state));
-        println!("{one} {two} {moved} {peak}");
         assert!(one.max(two) < bound, "{one} {two}");
         assert!(moved < 1.2 * 375.0 && peak < 25.0, "{moved} {peak}");
         // Learning off: what was learnt is there.
@@ -135,9 +134,9 @@ fn an_arm_of_twice_or_half_the_inertia_is_tracked_within_a_milliradian() {
 }
 
 /// With a limit of 20 N·m and a push that is too much for it: what is learnt and the observer go on
-/// with the torque that acted, and a second after the push nothing is left of it.
+/// with the torque that acted, and a second after the last torque at the limit little is left.
 #[test]
-fn a_second_after_a_push_beyond_the_limit_nothing_is_left_of_it() {
+fn a_second_after_the_limit_little_is_left_of_a_push_beyond_it() {
     let limits = Limits { effort_limit: [20.0; 2], ..Limits::default() };
     let learns = Learns { residual: Some(residual()), ..Learns::default() };
     let it = recommended(&paper::nominal().unwrap(), &circumstances(20.0), learns);
@@ -160,11 +159,11 @@ fn a_second_after_a_push_beyond_the_limit_nothing_is_left_of_it() {
         let within = run.t.iter().zip(&run.e).filter(|(t, _)| (from..to).contains(*t));
         within.flat_map(|(_, e)| e).fold(0.0, |most: f64, e| most.max(e.abs()))
     };
-    let cut = run.tau.iter().filter(|tau| tau[0].abs() == 20.0).count();
+    let cut = |tau: &[f64; 2]| tau.iter().any(|tau| tau.abs() == 20.0);
+    let last = run.t[run.tau.iter().rposition(cut).unwrap()];
     let (before, pushed) = (worst(15.0, 20.0), worst(20.0, 20.8));
-    println!("{cut} {before} {pushed} {} {}", worst(21.1, 22.0), worst(25.0, 30.0));
-    assert!(cut > 100 && pushed > 0.05, "it was pushed aside: {cut} {pushed}");
-    assert!(worst(21.1, 22.0) < 0.01 && worst(25.0, 30.0) < 2.0 * before + 1e-3);
+    assert!(last > 20.5 && pushed > 0.1, "it was pushed aside: {last} {pushed}");
+    assert!(worst(last + 1.0, 24.0) < 0.01 && worst(25.0, 30.0) < 2e-3);
 }
 
 /// Those of a program written apart: the first joint has no cut-off that is quiet enough, and takes
