@@ -25,7 +25,7 @@ BALL = 0.05
 """Radius of a declared load [m]."""
 REACH = 0.15
 """Where the prior has the mass of a link [m]."""
-BELIEF = 0.75
+BELIEF = 1.0
 """Of an inertial parameter, deviation as a share of its size."""
 
 
