@@ -6,9 +6,11 @@ that acted in the last period. Units: rad, s, N·m.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import steadyarm as sa
-from recommended_rule import PRIMES, TURN, Array, Design, Model, share
+from recommended_rule import TURN, Array, Design, Model, share
 
 FRICTION_WIDTHS = np.array([0.005, 0.05, 0.5])
 """Of tanh(v/width) [rad/s]."""
@@ -119,39 +121,41 @@ class Recommended:
             self.P = self.P - np.outer(gain, p_f)
 
 
-def replay(law: Recommended, steps: int, limit: Array) -> list[Array]:
-    """q, q_d, q̇_d, q̈_d, τ_a and the torques of a smooth replay, (steps, n) each.
+@dataclass
+class Record:
+    """A run, a row a period, (T, n) each: what the law was told, what it asked for, and e."""
 
-    The arm trails sines by a small sine, and what acts is what was asked for, late and limited.
-    """
-    n, h, delay = law.model.joints, law.design.h, law.design.delay
-    t = h * np.arange(steps)[:, None]
-    w, phase, middle = 1.0 + 0.7 * np.sqrt(PRIMES[:n]), PRIMES[:n], law.model.poses.mean(axis=0)
-    q_d = middle + 0.4 * np.sin(w * t + phase)
-    dq_d, ddq_d = 0.4 * w * np.cos(w * t + phase), -(w**2) * (q_d - middle)
-    q = q_d + 0.01 * np.sin(5.0 * w * t + 2.0 * phase) * np.exp(-t)
-    applied, torques = np.zeros((2, steps, n))
-    for k in range(steps):
-        if k > delay:
-            applied[k] = np.clip(torques[k - 1 - delay], -limit, limit)
-        torques[k] = law.step(q[k], q_d[k], dq_d[k], ddq_d[k], applied[k])
-    return [q, q_d, dq_d, ddq_d, applied, torques]
+    q: Array
+    """Measured."""
+    q_d: Array
+    dq_d: Array
+    ddq_d: Array
+    applied: Array
+    """What acted in the period before [N·m]; fed to the law with this row."""
+    tau: Array
+    """What the law asked for [N·m]."""
+    e: Array
+    """True error [rad]."""
 
 
 def track(
-    law: Recommended, plant: sa.Plant, motion: sa.Sines, seconds: float, bits: int = 16
-) -> tuple[Array, Array]:
-    """Errors [rad] and torques that acted [N·m] of a run from q = 0 at rest, a row a period."""
+    law: Recommended,
+    plant: sa.Plant,
+    motion: sa.Sines | sa.Quintic,
+    seconds: float,
+    bits: int = 16,
+    start: Array | None = None,
+) -> Record:
+    """Run the law on a plant from rest at ``start``, q = 0 by default; at first no torque acts."""
     n, h = law.model.joints, law.design.h
-    q, dq, count = np.zeros(n), np.zeros(n), TURN / 2.0**bits
-    waiting = [np.zeros(n)] * (law.design.delay + 1)
-    e, tau = np.empty((2, round(seconds / h), n))
-    for k in range(len(e)):
-        q_d, dq_d, ddq_d = motion(k * h)
-        e[k] = q - q_d
-        seen = np.rint(q / count) * count
-        waiting.append(law.step(seen, q_d, dq_d, ddq_d, waiting.pop(0)))
-        tau[k] = np.clip(waiting[0], -plant.effort_limit, plant.effort_limit)
-        waiting[0] = tau[k]
-        q, dq = plant.step(q, dq, tau[k], k * h, h)
-    return e, tau
+    q, dq, count = np.zeros(n) if start is None else start, np.zeros(n), TURN / 2.0**bits
+    acted, waiting = np.zeros(n), [np.zeros(n)] * law.design.delay
+    run = Record(*np.empty((7, round(seconds / h), n)))
+    for k in range(len(run.q)):
+        run.q_d[k], run.dq_d[k], run.ddq_d[k] = motion(k * h)
+        run.q[k], run.e[k], run.applied[k] = np.rint(q / count) * count, q - run.q_d[k], acted
+        run.tau[k] = law.step(run.q[k], run.q_d[k], run.dq_d[k], run.ddq_d[k], acted)
+        waiting.append(run.tau[k])
+        acted = np.clip(waiting.pop(0), -plant.effort_limit, plant.effort_limit)
+        q, dq = plant.step(q, dq, acted, k * h, h)
+    return run
