@@ -42,7 +42,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     name: {key: parts[key] for key in ("form", "normalized", "gain")}
     for name, parts in _PARTS.items()
 }
-"""How simulation 3 is read; "recommended" stands beside them, with the controller that we recommend.
+"""How simulation 3 is read; beside them stands "recommended", the controller that we recommend.
 
 "printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets combine to rules, five
 are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a reading that does

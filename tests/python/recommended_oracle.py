@@ -26,7 +26,12 @@ class Recommended:
     """The law: one call of `step` a period."""
 
     def __init__(
-        self, model: Model, made: Design, hand_over: float = 3.0, extra_deviation: float = 0.03
+        self,
+        model: Model,
+        made: Design,
+        hand_over: float = 3.0,
+        extra_deviation: float = 0.1,
+        braking: Array | float = np.inf,
     ) -> None:
         n, self.model, self.design, self.hand_over = model.joints, model, made, hand_over
         extras = 0 if model.extra is None else len(model.extra(*np.zeros((3, n))))
@@ -35,11 +40,13 @@ class Recommended:
             np.diag(np.concatenate([model.deviation, np.outer(made.sigma, own).ravel()])) ** 2
         )
         self.P, self.theta, self.learns = self.prior.copy(), np.zeros(len(self.prior)), True
-        self.cycle, self.k = max(round(0.02 / made.h), n), 0
+        self.cycle, self.k, self.since = max(round(0.02 / made.h), n + 1), 0, 0.0
+        self.braking = np.broadcast_to(braking, (n,))
         self.ring: list[dict[str, Array]] = []
         self.before, self.ed1, self.ed, self.zeta, self.slow = np.zeros((5, n))
-        self.y, self.de, self.rests, self.limited = np.zeros((4, n))
-        self.away, self.drift = np.zeros((2, n))
+        self.y, self.de, self.rests = np.zeros((3, n))
+        self.astray = 0.0
+        self.away, self.drift, self.held = np.zeros((3, n))
         self.Y = np.zeros((n, len(self.prior)))
 
     def features(self, inertial: Array, extra: Array, v: Array) -> Array:
@@ -53,7 +60,10 @@ class Recommended:
     def step(self, q: Array, q_d: Array, dq_d: Array, ddq_d: Array, applied: Array) -> Array:
         """Torque for the next period; ``applied`` acted in the last one. It starts from rest."""
         made, h = self.design, self.design.h
+        if self.k > 0:
+            self.end(applied)
         if self.k == 0:
+            self.held = self.model.torque(q, 0.0 * q, 0.0 * q)
             self.away, self.drift = q - q_d, -dq_d + self.hand_over * (q - q_d)
         q_d, dq_d, ddq_d = self.handed_over(q_d, dq_d, ddq_d)
         e = q - q_d
@@ -62,13 +72,14 @@ class Recommended:
         self.ed1 = self.ed1 + share(made.f_s, h) * ((e - before) / h - self.ed1)
         self.ed = self.ed + share(made.f2, h) * (self.ed1 - self.ed)
         d, p = self.model.weight(q_d), made.p
-        acted = self.ring[-1 - made.delay] if len(self.ring) > made.delay else None
-        if acted is not None:
-            missing = np.linalg.solve(d, applied - acted["tau"])
-            self.zeta = self.zeta + h * p * (acted["v"] + missing - self.zeta + p * self.ed)
-        v = -3.0 * p * self.ed - p**2 * e + self.zeta
+        alpha = self.zeta - p * self.ed
+        v = alpha - 2.0 * p * (self.ed + self.way_back(e))
         now = {
             "v": v,
+            "alpha": alpha,
+            "e": e,
+            "ed": self.ed,
+            "weight": d,
             "dq_d": dq_d,
             "nominal": self.model.torque(q_d, dq_d, ddq_d),
             "inertial": self.model.regressor(q_d, dq_d, ddq_d),
@@ -78,12 +89,27 @@ class Recommended:
         }
         phi = self.features(now["inertial"], now["extra"], dq_d)
         now["tau"] = now["nominal"] + phi @ self.theta + d @ v
-        self.slow = self.slow + share(15.0, h) * (self.ed - self.slow)
-        if acted is not None:
-            self.listen(acted, applied, d @ self.ed)
-        self.ring = [*self.ring[-made.delay - 1 :], now]
+        self.ring = [*self.ring[-made.delay :], now] if made.delay else [now]
         self.k += 1
         return now["tau"]
+
+    def way_back(self, e: Array) -> Array:
+        """The speed at which an error is brought back: p e/2, and beyond what braking allows less."""
+        near = 4.0 * self.braking / self.design.p**2
+        braked = np.sqrt(2.0 * np.where(near < abs(e), self.braking * (abs(e) - near / 2), 0.0))
+        return np.where(abs(e) <= near, 0.5 * self.design.p * e, np.copysign(braked, e))
+
+    def end(self, applied: Array) -> None:
+        """The period of the last sample, in which ``applied`` acted, is over."""
+        made, h, last = self.design, self.design.h, self.ring[-1]
+        acted = self.ring[0] if len(self.ring) > made.delay else None
+        cut = applied - (self.held if acted is None else acted["tau"])
+        went = (0.0 if acted is None else acted["v"]) + np.linalg.solve(last["weight"], cut)
+        self.zeta = self.zeta + h * made.p * (went - last["alpha"])
+        self.slow = self.slow + share(15.0, h) * (last["ed"] - self.slow)
+        if acted is not None:
+            far = abs(last["e"]).max() > 0.1
+            self.listen(acted, applied, last["weight"] @ last["ed"], far or abs(cut).max() > 1e-9)
 
     def handed_over(self, q_d: Array, dq_d: Array, ddq_d: Array) -> tuple[Array, Array, Array]:
         """The desired motion that starts where the arm is, at rest."""
@@ -96,7 +122,9 @@ class Recommended:
             ddq_d + (a**2 * gap - 2.0 * a * self.drift) * fades,
         )
 
-    def listen(self, acted: dict[str, Array], applied: Array, momentum: Array) -> None:
+    def listen(
+        self, acted: dict[str, Array], applied: Array, momentum: Array, astray: bool
+    ) -> None:
         """Filter what the last period told, and take one row of it."""
         made, h = self.design, self.design.h
         a = 1.0 - np.exp(-made.fl * h)
@@ -106,13 +134,15 @@ class Recommended:
         change = a * (momentum - self.de)
         self.de = self.de + change
         self.rests = self.rests + a * ((abs(v) < 0.02) - self.rests)
-        self.limited = self.limited + a * ((abs(applied - acted["tau"]) > 1e-9) - self.limited)
-        row = self.k % self.cycle
+        self.astray = self.astray + a * (astray - self.astray)
+        self.since += h
+        row = (self.k - 1) % self.cycle
         if not self.learns:
             return
-        if row == 0:
-            self.P = self.P + self.cycle * h / MEMORY * (self.prior - self.P)
-        if row < len(v) and self.rests[row] <= 0.3 and self.limited.max() <= 0.02:
+        if row == len(v):
+            self.P = self.P + self.since / MEMORY * (self.prior - self.P)
+            self.since = 0.0
+        if row < len(v) and self.rests[row] <= 0.3 and self.astray <= 0.02:
             f = self.Y[row] / made.sigma[row]
             y = (self.y[row] - made.c * change[row] / h) / made.sigma[row]
             p_f = self.P @ f

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -148,3 +149,40 @@ def test_it_learns_twice_the_inertia_and_a_push() -> None:
     assert np.sqrt((run.e[late] ** 2).sum(axis=1).mean()) <= 3e-4
     assert 17.0 <= abs(run.applied).max() <= 19.0
     assert abs(np.diff(run.applied[late], axis=0)).sum() / 20.0 == pytest.approx(374.0, rel=0.05)
+
+
+def crate(scene: Callable[[int], tuple[Recommended, Record]]) -> sa.Controller:
+    """The crate's controller of a scene."""
+    if scene is limited:
+        return sa.recommended(NOMINAL, effort_limit=20.0, hand_over=2.0)
+    effort = [60.0, 60.0, 20.0]
+    return sa.recommended(CHAIN, effort_limit=effort, payload=1.0)
+
+
+@pytest.mark.parametrize("scene", [limited, resting])
+def test_the_crate_gives_the_torques_of_the_oracle(
+    scene: Callable[[int], tuple[Recommended, Record]],
+) -> None:
+    """Two programs, one row after the other, with what acted: sensors, a limit, a rest, a load."""
+    given, run = scene(1500)
+    ours = crate(scene)
+    told = ours.describe()
+    made = replace(
+        given.design,
+        p=told["bandwidth"],
+        f2=told["cut_off"],
+        fl=2.0 * np.pi * float(told["learning"][0]),
+        c=float(told["acceleration_share"][0]),
+    )
+    # The grids of cut-offs differ.
+    assert np.allclose(made.p, given.design.p, rtol=0.02)
+    assert np.allclose(made.f2, given.design.f2, rtol=0.1)
+    assert np.allclose(made.sigma, told["unit"], rtol=1e-15)
+    theirs = Recommended(given.model, made, given.hand_over, braking=told["braking"])
+    limit = 4.0 * made.sigma
+    rows = (run.q, run.q_d, run.dq_d, run.ddq_d, run.applied)
+    for k, (q, q_d, dq_d, ddq_d, applied) in enumerate(zip(*rows, strict=True)):
+        tau = theirs.step(q, q_d, dq_d, ddq_d, applied)
+        mine = ours.step(q, np.zeros_like(q), q_d, dq_d, ddq_d, 1e-3, applied=applied)
+        assert np.allclose(mine, np.clip(tau, -limit, limit), rtol=1e-9, atol=1e-8), k
+    assert abs(theirs.theta).max() > 0.0
