@@ -49,6 +49,7 @@ fn pass(panda: &Serial<7>, payload_only: bool, least: &mut [f64]) {
         payload: 2.0,
         inertia_range: [1.0; 2],
         light_joints: true,
+        range: None,
     };
     let Rule { gains, weight, .. } = Rule::new(panda, &known).unwrap();
     let learns = Learns { payload_only, residual: None };

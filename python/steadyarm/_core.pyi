@@ -715,14 +715,6 @@ class Controller:
     @property
     def delay(self) -> int:
         """Samples between a torque and the period in which it acts."""
-    def describe(self) -> dict[str, _Array]:
-        """Gains and what was learnt, at the end of the latest period: numbers by name, arrays.
-
-        Of the recommended controller: ``bandwidth`` [rad/s], ``cut_off`` [Hz], ``learning`` [Hz],
-        ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m], ``parameters``
-        (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,); `learned` reads them. Empty for
-        others.
-        """
     def start_hand_over(self) -> None:
         """Hand over anew at the next sample, to another reference."""
     def step(
@@ -1409,6 +1401,15 @@ def simulate(
 
     Returns the record as a dict, and what a callable raised. The dict has the state that the run
     started in, and the parts of a tracker in the state that it ended in.
+    """
+
+def describe(controller: Controller) -> dict[str, _Array]:
+    """Return a controller's gains and what it has learnt, at the end of the latest period: arrays
+    by name.
+
+    Of the recommended controller: ``bandwidth`` [rad/s], ``braking`` [rad/s²], ``cut_off`` [Hz],
+    ``learning`` [Hz], ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m],
+    ``parameters`` (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,). Empty for others.
     """
 
 def paper_scenario(number: int, preset: str) -> str:

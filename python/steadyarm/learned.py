@@ -18,9 +18,6 @@ WIDTHS = (0.005, 0.05, 0.5)
 LOAD = 10
 """Inertial parameters of a body."""
 
-KNOWN = 0.05
-"""A deviation that is a larger part of the friction than this is worth a word, times ten."""
-
 SLOW, FAST = 0.1, 1.0
 """Velocities at which friction is shown [rad/s]."""
 
@@ -103,7 +100,7 @@ def learned(controller: _core.Controller) -> Learned:
     The load is read from the last link: what of all that was learnt a load there, with friction,
     explains best, with the weight of what was seen. Raises TypeError for another controller.
     """
-    told = controller.describe() if isinstance(controller, _core.Controller) else {}
+    told = _core.describe(controller) if isinstance(controller, _core.Controller) else {}
     if "covariance" not in told:
         raise TypeError("controller: got one that learns no parameters, wants one of recommended()")
     theta = told["parameters"]

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, laws
 from .centers import centers_for
-from .paths import Path
+from .paths import Course, Path
 from .paths import sample as sampled
 
 HAND_OVER = 3.0
@@ -20,6 +20,9 @@ FILTER = 100.0
 
 CENTERS = (-1.5, -0.5, 0.0, 0.5, 1.5)
 """Of the residual's sets where no path is given, those of the paper [rad, rad/s, rad/s²]."""
+
+MARGIN = 0.3
+"""Beyond a path, where the rule looks at the arm too [rad]."""
 
 SETS = 5
 """Sets of an input of the residual."""
@@ -46,10 +49,11 @@ def recommended(
 ) -> _core.Controller:
     """Return the controller that we recommend: it learns what torque your arm really needs.
 
-    ``τ = ID₀(q_d) + Φ(q_d)θ + D(q_d)(ddq-free PD + observer)``. The torque that acted is explained
-    by the links' masses and by friction, and what was learnt is fed forward. No gain is tuned: all
-    follow from the loop, the encoder and the largest load. It needs positions alone; pass
-    ``np.zeros(n)`` for ``dq`` if you have no velocity.
+    ``τ = ID₀ + Φθ + Dv`` on the desired motion: the model's torque, what was learnt, and feedback
+    with an observer. The torque that acted is explained by the links' masses and by friction, and
+    what was learnt is fed forward. No gain is tuned: all follow from the loop, the encoder and the
+    largest load. It needs positions alone; pass ``np.zeros(n)`` for ``dq`` if you have no velocity.
+    Sampled only: `simulate` wants a ``control_period``.
 
     Parameters
     ----------
@@ -62,8 +66,9 @@ def recommended(
     inertia_range: how far the arm's inertia may be off, as multiples of what you believe, such as
         ``(1, 4)``. None: it is about right.
     noise: standard deviation of a measured position beside its rounding [rad], scalar or (n,).
-    path: where the arm will go. The torque that it needs is then compared with ``effort_limit``,
-        and the sets of the residual lie along it. ``duration`` [s]: its length, None for its own.
+    path: where the arm will go. The rule then looks at the poses there, and 0.3 rad around, not at
+        all that the arm has; the torque that the path needs is compared with ``effort_limit``; and
+        the sets of the residual lie along it. ``duration`` [s]: its length, None for its own.
     learns: "links", or "payload" for a load at the tip and friction alone: a shorter step, and
         the load is known sooner and better, where the arm itself is known well.
     residual: learn what no parameter describes too, by places along the path. It holds on this path
@@ -86,7 +91,11 @@ def recommended(
         "light_joints": light_joints,
     }
     if path is not None:
-        _within_effort(arm, path, duration, effort_limit)
+        course = sampled(path, duration, arm)
+        _within_effort(arm, course, effort_limit)
+        settings["range"] = np.transpose(
+            [course.q.min(axis=0) - MARGIN, course.q.max(axis=0) + MARGIN]
+        ).tolist()
     if isinstance(arm, _core.TwoLink) if residual is None else residual:
         settings["residual"] = _residual(path, duration)
     given = {name: value for name, value in settings.items() if value is not None}
@@ -122,14 +131,11 @@ def _effort(arm: _core.Arm, effort_limit: ArrayLike | None) -> ArrayLike | None:
     return effort if np.isfinite(effort).any() else None
 
 
-def _within_effort(
-    arm: _core.Arm, path: Path, duration: float | None, effort_limit: ArrayLike | None
-) -> None:
+def _within_effort(arm: _core.Arm, course: Course, effort_limit: ArrayLike | None) -> None:
     """Refuse a path that the believed arm cannot follow with its largest torques."""
     effort = _effort(arm, effort_limit)
     if effort is None:
         return
-    course = sampled(path, duration, arm)
     motion = zip(course.q, course.dq, course.ddq, strict=True)
     needed = np.abs([arm.inverse_dynamics(*point) for point in motion]).max(axis=0)
     limit = np.broadcast_to(np.asarray(effort, dtype=float), needed.shape)

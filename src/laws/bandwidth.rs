@@ -21,13 +21,24 @@ pub(super) fn sliding_weights<const N: usize>(bandwidth: &[f64; N]) -> [[f64; N]
     [bandwidth.map(|p| 2.0 * p * p * p), bandwidth.map(|p| 2.0 * p)]
 }
 
-/// 24 poses spread over the joints' ranges; −π … π rad or m where a joint has none.
+/// 24 poses spread over the joints' ranges.
 pub(super) fn poses<const N: usize>(arm: &impl Arm<N>) -> impl Iterator<Item = Vector<N>> {
-    let ranges: [_; N] = core::array::from_fn(|n| {
+    poses_within(ranges(arm))
+}
+
+/// Smallest and largest position of each joint; −π … π rad or m where a joint has none.
+pub(super) fn ranges<const N: usize>(arm: &impl Arm<N>) -> [[f64; 2]; N] {
+    core::array::from_fn(|n| {
         let (_, limits) = arm.joint_stop(n);
         let given = limits.lower.is_finite() && limits.upper.is_finite();
         if given { [limits.lower, limits.upper] } else { [-PI, PI] }
-    });
+    })
+}
+
+/// 24 poses spread over these ranges.
+pub(super) fn poses_within<const N: usize>(
+    ranges: [[f64; 2]; N],
+) -> impl Iterator<Item = Vector<N>> {
     (1..=POSES).map(move |k| {
         Vector::from_fn(|n, _| {
             let turns = k as f64 * sqrt(f64::from(PRIMES[n % PRIMES.len()]));

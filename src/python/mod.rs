@@ -9,6 +9,7 @@ mod compensator;
 mod controller;
 mod convert;
 mod curves;
+mod describe;
 mod design;
 mod dispatch;
 mod disturbances;
@@ -75,6 +76,8 @@ mod core_module {
     use super::controller::PyController;
     #[pymodule_export]
     use super::curves::{PyCurve, PyQuintic, PySines, PyTable, PyWaypoints};
+    #[pymodule_export]
+    use super::describe::describe;
     #[pymodule_export]
     use super::design::{choices, design};
     #[pymodule_export]

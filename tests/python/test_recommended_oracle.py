@@ -19,6 +19,7 @@ from recommended_rule import (
     share,
     two_link,
 )
+from steadyarm import _core
 
 NOMINAL = sa.TwoLink(mass=4, length=0.5, inertia=0.2)
 EFFORT = np.full(2, 20.0)
@@ -166,7 +167,7 @@ def test_the_crate_gives_the_torques_of_the_oracle(
     """Two programs, one row after the other, with what acted: sensors, a limit, a rest, a load."""
     given, run = scene(1500)
     ours = crate(scene)
-    told = ours.describe()
+    told = _core.describe(ours)
     made = replace(
         given.design,
         p=told["bandwidth"],

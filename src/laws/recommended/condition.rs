@@ -9,7 +9,7 @@
 
 use nalgebra::DMatrix;
 
-use super::learned_torque::LearningGains;
+use super::gains::LearningGains;
 use crate::eigen::symmetric_spectrum;
 use crate::error::Result;
 use crate::math::{Matrix, exp, sqrt};

@@ -25,6 +25,16 @@ const LINK: f64 = 1.0;
 /// Where a link's mass may be \[m\].
 const REACH: f64 = 0.15;
 
+/// What is learnt.
+#[derive(Clone, Debug, Default)]
+pub struct Learns {
+    /// Of the inertial parameters, those of the last link alone, and so of a load that it carries.
+    pub payload_only: bool,
+    /// A basis for what no parameter describes, and its inputs. What it learns does not hold on
+    /// another path.
+    pub residual: Option<(FuzzyBasis, Inputs)>,
+}
+
 /// The columns of `N` joints.
 #[derive(Clone, Debug)]
 pub(super) struct Features<const N: usize, const K: usize> {

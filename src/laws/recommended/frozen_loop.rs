@@ -6,7 +6,8 @@
 
 use nalgebra::DMatrix;
 
-use super::learned_torque::{LearningGains, filter};
+use super::gains::LearningGains;
+use super::learning::filter;
 use crate::arm::Factor;
 use crate::eigen::{modulus, spectrum};
 use crate::error::Result;

@@ -11,13 +11,14 @@
 
 use core::f64::consts::TAU;
 
-use super::learned_torque::{LearningGains, filter};
+use super::gains::LearningGains;
+use super::learning::filter;
 use super::pull::Pull;
 use super::{condition, frozen_loop};
-use crate::arm::{Arm, Parametric};
+use crate::arm::Parametric;
 use crate::control::MAX_DELAY;
 use crate::error::{Error, Result, accepted, finite, non_negative, positive, within};
-use crate::laws::bandwidth::poses;
+use crate::laws::bandwidth::{poses_within, ranges};
 use crate::math::{Matrix, Vector, exp, ln, sqrt};
 
 /// Phase that the lags of the loop may take at 3p, where it crosses over \[rad\].
@@ -69,6 +70,9 @@ pub struct Circumstances<const N: usize> {
     pub inertia_range: [f64; 2],
     /// Whether joints may be so light for their torque that a rotor seems to be missing.
     pub light_joints: bool,
+    /// Smallest and largest position of each joint that is looked at \[rad\]; `None`: all that the
+    /// arm has.
+    pub range: Option<[[f64; 2]; N]>,
 }
 
 /// What the rule gives.
@@ -82,8 +86,9 @@ pub struct Rule<const N: usize, A> {
     pub lowered: [bool; N],
 }
 
-/// Mass matrices at a pose.
+/// Gravity and mass matrices at a pose.
 struct Posed<const N: usize> {
+    gravity: Vector<N>,
     weight: Matrix<N>,
     light: Matrix<N>,
     heavy: Matrix<N>,
@@ -100,6 +105,11 @@ impl<const N: usize> Circumstances<N> {
         accepted("velocity_filter", &[velocity_filter], |f| f > 0.0, "a cut-off > 0")?;
         positive("effort_limit", &self.effort_limit)?;
         non_negative("payload", &[self.payload])?;
+        for (n, [lower, upper]) in self.range.iter().flatten().enumerate() {
+            let wanted = "a smallest and a largest position";
+            let ordered = |x: f64| x.is_finite() && lower <= upper;
+            accepted("range", &[*lower, *upper], ordered, wanted).map_err(|e| e.at(n))?;
+        }
         let [low, high] = self.inertia_range;
         finite("inertia_range", &[low, high])?;
         let wanted = "bounds with 0 < low <= 1 <= high";
@@ -124,8 +134,9 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         let weight = arm.burdened(1.0 + (high - 1.0) / 4.0, known.payload / 4.0)?;
         let light = arm.burdened(low, 0.0)?;
         let heavy = arm.burdened(high, known.payload)?;
-        let posed: Vec<_> = poses(arm)
+        let posed: Vec<_> = poses_within(known.range.unwrap_or_else(|| ranges(arm)))
             .map(|q| Posed {
+                gravity: arm.gravity(&q),
                 weight: weight.mass_matrix(&q),
                 light: light.mass_matrix(&q),
                 heavy: heavy.mass_matrix(&q),
@@ -138,7 +149,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         let mut gains = LearningGains {
             pull: Pull {
                 bandwidth: choice.map(|[p, _]| p),
-                braking: braking(arm, &posed, &known.effort_limit),
+                braking: braking(&posed, &known.effort_limit),
             },
             cut_off: choice.map(|[_, cut_off]| cut_off),
             learning: 0.0,
@@ -160,8 +171,8 @@ impl<const N: usize, A: Clone> Rule<N, A> {
 
 /// With what each joint brakes: a quarter of the torque that gravity leaves at these poses, on D
 /// [rad/s²].
-fn braking<const N: usize>(arm: &impl Arm<N>, posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
-    let held = poses(arm).fold(Vector::<N>::zeros(), |most, q| most.sup(&arm.gravity(&q).abs()));
+fn braking<const N: usize>(posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
+    let held = posed.iter().fold(Vector::<N>::zeros(), |most, it| most.sup(&it.gravity.abs()));
     core::array::from_fn(|n| {
         let inertia = posed.iter().fold(0.0, |most: f64, it| most.max(it.weight[(n, n)]));
         BRAKING * (effort[n] - held[n]).max(LEFT * effort[n]) / inertia

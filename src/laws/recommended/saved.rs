@@ -1,7 +1,8 @@
 //! What was learnt as bytes: θ · P, lower triangle · LP[Φ] · columns of the last samples · filters
 //! · what was decided in the last samples.
 
-use super::learned_torque::{Decided, Filtered, LearnedTorque, LearnedTorqueState};
+use super::learned_torque::LearnedTorque;
+use super::memory::{Decided, Filtered, LearnedTorqueState};
 use crate::arm::Parametric;
 use crate::control::{MAX_DELAY, Numbers, Saves, put_all};
 use crate::error::{Error, Result, finite};

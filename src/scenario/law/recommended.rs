@@ -81,6 +81,7 @@ impl<const N: usize> Recommended<'_, N> {
             payload: it.payload.unwrap_or_else(|| USUAL_LOAD * mass(arm)),
             inertia_range: it.inertia_range.unwrap_or([1.0; 2]),
             light_joints: it.light_joints,
+            range: it.range.as_ref().map(|range| each(range)).transpose()?,
         })
     }
 
@@ -99,6 +100,10 @@ impl<const N: usize> Recommended<'_, N> {
         }
         Ok(all)
     }
+}
+
+fn each<const N: usize>(range: &[[f64; 2]]) -> Result<[[f64; 2]; N]> {
+    range.try_into().map_err(|_| Error::wrong_length("range", range.len(), N))
 }
 
 /// Of all links \[kg\]; 0 of an arm of lumped parameters.

@@ -314,6 +314,9 @@ pub struct RecommendedSettings {
     /// Largest torques \[N·m\], where the controller has no limits and the arm says none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effort: Option<PerJoint>,
+    /// Smallest and largest position of each joint that the rule looks at \[rad\]; absent: all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<Vec<[f64; 2]>>,
     /// Whether only a load at the tip, and friction, are learnt, and no other link.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub payload_only: bool,

@@ -31,6 +31,7 @@ fn circumstances<const N: usize>(effort: f64) -> Circumstances<N> {
         payload: 0.0,
         inertia_range: [1.0; 2],
         light_joints: false,
+        range: None,
     }
 }
 
