@@ -145,9 +145,7 @@ def controllers(arm, middle, effort, conditions):
     made["example_fuzzy"] = partial(
         sa.ComputedTorque, arm, example.KP, example.KV, compensator=learning, **common
     )
-    made["passive_fuzzy"] = partial(
-        sa.laws.passive_fuzzy, arm, learning, bandwidth=20.0, **sampled
-    )
+    made["passive_fuzzy"] = partial(sa.laws.passive_fuzzy, arm, learning, bandwidth=20.0, **sampled)
     if hasattr(sa, "recommended"):
         made["recommended"] = partial(
             sa.recommended,

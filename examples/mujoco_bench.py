@@ -165,7 +165,8 @@ def curve(record):
     """Return the largest error of any joint of every tenth of a second."""
     tenth = np.floor(record.t / 0.1 + 1e-6).astype(int)
     worst = np.abs(record.e).max(axis=1)
-    return [(0.1 * int(k), float(worst[tenth == k].max())) for k in np.unique(tenth)]
+    largest = [worst[tenth == k].max() for k in np.unique(tenth)]
+    return [(round(0.1 * k, 1), float(f"{e:.4g}")) for k, e in enumerate(largest)]
 
 
 def jobs(options):
@@ -195,7 +196,7 @@ def main():
     parser.add_argument("--robot", nargs="+", choices=ROBOTS, default=["panda"])
     parser.add_argument("--case", nargs="+", choices=CASES, default=["base"])
     parser.add_argument("--only", nargs="+", metavar="CONTROLLER", help="(all)")
-    parser.add_argument("--full", action="store_true", help="all robots and cases, some hours of it")
+    parser.add_argument("--full", action="store_true", help="all robots and cases")
     parser.add_argument("--seeds", type=int, default=1, help="runs of everything (1)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--out", type=Path, help="folder of the tables and pictures")
@@ -207,8 +208,8 @@ def main():
     if options.out:
         options.out.mkdir(parents=True, exist_ok=True)
         (options.out / "controllers.md").write_text(text + "\n", encoding="utf-8")
-        said = json.dumps([asdict(row) for row in rows], indent=1)
-        (options.out / "controllers.json").write_text(said + "\n", encoding="utf-8")
+        said = ",\n".join(json.dumps(asdict(row)) for row in rows)
+        (options.out / "controllers.json").write_text(f"[\n{said}\n]\n", encoding="utf-8")
         first = [row for row in rows if scene(row) == scene(rows[0])]
         errors(first, options.out / "controllers_errors.png")
         pareto(first, options.out / "controllers_pareto.png")

@@ -3,6 +3,8 @@
 from itertools import groupby
 from statistics import median
 
+import numpy as np
+
 HEADS = (
     "controller",
     "RMS of abs(e) [mrad]",
@@ -20,6 +22,7 @@ COLOURS = {
     "computed_torque": "#000000",
     "example_fuzzy": "#0072B2",
     "momentum_observer_fast": "#009E73",
+    "super_twisting": "#E69F00",
     "slotine_li": "#CC79A7",
     "pid": "#56B4E9",
 }
@@ -88,7 +91,9 @@ def cell(motions, figure, scale):
 
 def value(runs, figure):
     """Return the median over the seeds; None if a run has none."""
-    found = [max(run.joints, default=None) if figure == "joint" else getattr(run, figure) for run in runs]
+    found = [
+        max(run.joints, default=None) if figure == "joint" else getattr(run, figure) for run in runs
+    ]
     return None if None in found else median(found)
 
 
@@ -109,12 +114,23 @@ def canvas(columns, height):
 
     figure = Figure(figsize=(5.6 * columns, height), dpi=130, layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(1, columns, sharey=True, squeeze=False)[0]
+    panels = figure.subplots(1, columns, sharex=True, sharey=True, squeeze=False)[0]
     for axes in panels:
         axes.spines[["top", "right"]].set_visible(False)
-        axes.grid(color="#E6E6E6", which="both", linewidth=0.6)
-        axes.set(yscale="log")
+        axes.grid(color="#E6E6E6", linewidth=0.6)
+        logarithmic(axes, "y")
     return figure, panels
+
+
+def logarithmic(axes, which):
+    """Make an axis logarithmic, with ticks at 1, 2 and 5."""
+    from matplotlib.ticker import LogLocator, NullLocator
+
+    axes.set(**{f"{which}scale": "log"})
+    axis = getattr(axes, f"{which}axis")
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter("{x:g}")
 
 
 def by_motion(rows):
@@ -130,43 +146,77 @@ def errors(rows, path):
     """Draw the error of the worst joint over time, a panel a motion."""
     motions = by_motion(rows)
     figure, panels = canvas(len(motions), 4.6)
+    order = list(COLOURS)[::-1]
     for axes, (motion, runs) in zip(panels, motions.items(), strict=True):
-        for row in sorted(runs, key=lambda row: row.job.controller in COLOURS):
-            if not row.curve:
-                continue
-            t, e = zip(*row.curve, strict=True)
+        runs = [row for row in runs if row.curve]
+        named = [row for controller in order for row in runs if row.job.controller == controller]
+        for row in [row for row in runs if row not in named] + named:
+            t, e = np.array(row.curve).T
             colour = COLOURS.get(row.job.controller)
-            axes.plot(
-                t,
-                [max(1e3 * x, 1e-3) for x in e],
-                color=colour or "#C8C8C8",
-                linewidth=1.4 if colour else 0.8,
-                label=name(row) if colour else None,
-            )
-        axes.set(title=motion, xlabel="time [s]", xlim=(0, None), ylim=(0.05, 2000))
+            style = {"color": colour, "label": name(row)} if colour else {"color": "#D0D0D0"}
+            axes.plot(t, 1e3 * e, linewidth=1.4 if colour else 0.8, **style)
+        axes.set(title=motion, xlabel="time [s]", xlim=(0, None), ylim=(0.05, 1000))
     panels[0].set_ylabel("error of the worst joint [mrad]")
-    figure.legend(*panels[0].get_legend_handles_labels(), frameon=False, ncols=6, loc="outside upper center")
+    lines, words = panels[0].get_legend_handles_labels()
+    figure.legend(lines[::-1], words[::-1], frameon=False, ncols=7, loc="outside upper center")
     figure.savefig(path)
 
 
 def pareto(rows, path):
     """Draw error against torque variation of all controllers, a panel a motion."""
     motions = by_motion(rows)
-    figure, panels = canvas(len(motions), 6.0)
+    figure, panels = canvas(len(motions), 6.4)
     for axes, (motion, runs) in zip(panels, motions.items(), strict=True):
-        runs = [row for row in runs if row.rms is not None]
-        axes.set(title=motion, xscale="log", xlabel="torque variation [N·m/s]")
-        for row in runs:
+        axes.set(title=motion, xlabel="torque variation [N·m/s]")
+        logarithmic(axes, "x")
+        axes.margins(x=0.2)
+        for row in finished(runs):
             colour = COLOURS.get(row.job.controller, "#767676")
             axes.plot(row.variation, 1e3 * row.rms, "o", color=colour, markersize=5)
-            axes.annotate(
-                name(row),
-                (row.variation, 1e3 * row.rms),
-                xytext=(6, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize=8,
-                color=colour,
-            )
     panels[0].set_ylabel("RMS of |e| over the last period [mrad]")
+    figure.draw_without_rendering()
+    for axes, runs in zip(panels, motions.values(), strict=True):
+        label(axes, finished(runs))
     figure.savefig(path)
+
+
+def finished(rows):
+    """Return the rows that have an error, the smallest first."""
+    return sorted((row for row in rows if row.rms is not None), key=lambda row: row.rms)
+
+
+LETTER, LINE = 7.6, 17.0
+"""Width of a letter of a label, and height of a line [pixels]."""
+
+
+def label(axes, rows):
+    """Write the names beside their points, each at the first place that is free."""
+    points = {name(row): (row.variation, 1e3 * row.rms) for row in rows}
+    places = {word: axes.transData.transform(point) for word, point in points.items()}
+    taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in places.values()]
+    for row in rows:
+        word = name(row)
+        (x, y), width = places[word], LETTER * len(word)
+        choices = [(left, LINE * k) for k in (0, 1, -1, 2, -2, 3, -3) for left in (False, True)]
+        for left, up in choices:
+            start = x - 12 - width if left else x + 12
+            box = (start, y + up - LINE / 2, start + width, y + up + LINE / 2)
+            inside = axes.bbox.x0 <= box[0] and box[2] <= axes.bbox.x1
+            if inside and not any(meet(box, other) for other in taken):
+                break
+        taken.append(box)
+        axes.annotate(
+            word,
+            points[word],
+            xytext=((start - x) * 72 / axes.figure.dpi, up * 72 / axes.figure.dpi),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+            color=COLOURS.get(row.job.controller, "#606060"),
+            arrowprops={"arrowstyle": "-", "color": "#B0B0B0", "linewidth": 0.6} if up else None,
+        )
+
+
+def meet(one, other):
+    """Return whether two boxes overlap."""
+    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
