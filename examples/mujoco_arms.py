@@ -82,7 +82,7 @@ ROBOTS = {
         "kinova_description/robots/kinova.urdf",
         base="j2s6s200_link_base",
         tip="j2s6s200_end_effector",
-        middle=(0.0, 2.9, 1.5, 0.3, 2.6, 0.3),
+        middle=(4.8, 2.9, 1.3, 4.2, 1.6, 1.3),
     ),
 }
 
