@@ -16,6 +16,7 @@ JSON, with two pictures. Needs ``pip install mujoco pin example-robot-data matpl
 import argparse
 import json
 import os
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -190,6 +191,13 @@ def jobs(options):
     ]
 
 
+def brief(row):
+    """Return a line that says how a run ended."""
+    job = row.job
+    told = row.note or f"{1e3 * row.rms:.3g} mrad"
+    return f"{job.robot}, {job.case}, {job.motion}, {job.controller}: {told}"
+
+
 def main():
     """Run what is asked for, print the tables, and write them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -201,8 +209,11 @@ def main():
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--out", type=Path, help="folder of the tables and pictures")
     options = parser.parse_args()
+    rows, todo = [], jobs(options)
     with ProcessPoolExecutor(options.jobs) as pool:
-        rows = list(pool.map(run, jobs(options)))
+        for row in pool.map(run, todo):
+            rows.append(row)
+            print(f"{len(rows)} of {len(todo)}: {brief(row)}", file=sys.stderr)
     text = tables(rows)
     print(text)
     if options.out:
