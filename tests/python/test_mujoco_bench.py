@@ -140,6 +140,20 @@ def test_gears_carry_the_weight_that_hangs_on_them(bench):
     assert np.abs(theta - q).max() > 1e-3
 
 
+def test_the_payload_comes_when_it_is_picked_up_and_the_push_is_on_the_last_joint(bench):
+    robot = bench.arms.ROBOTS["panda"]
+    conditions = bench.machine.Conditions(pick_up=0.02, push=2.0)
+    _, effort, machine = bench.arms.machine(robot, conditions)
+    world, carried = machine.world, []
+    own = world.model.body_mass[world.tip]
+    for seconds in (0.019, 0.002, 0.02):
+        machine.run(Counts(effort), still(np.array(robot.middle)), seconds)
+        carried.append(world.model.body_mass[world.tip] - own)
+    assert carried == pytest.approx([0.0, robot.payload, robot.payload])
+    pushed = world.data.qfrc_applied - machine.drives.told
+    assert pushed == pytest.approx([0.0] * 6 + [2.0 * np.sin(2.9 * 0.040)], abs=1e-9)
+
+
 @pytest.mark.parametrize("robot", ["panda", "ur5e", "xarm7", "z1", "kinova"])
 def test_a_loaded_robot_is_the_arm_with_that_payload_and_rotors(bench, robot):
     robot = bench.arms.ROBOTS[robot]
@@ -186,3 +200,22 @@ def test_an_observer_takes_away_what_computed_torque_leaves(bench):
         assert not record.note
         error[law] = np.abs(record.e[-500:]).max()
     assert error["momentum_observer"] < error["computed_torque"] / 5
+
+
+def test_a_run_gives_a_row_and_a_refusal_gives_its_reason(bench, monkeypatch):
+    monkeypatch.setattr(bench.bench, "PERIODS", 2)
+    monkeypatch.setattr(bench.bench, "PERIOD", 0.25)
+    jobs = [
+        bench.bench.Job("panda", case, motion, "slotine_li")
+        for case in ("base", "rotors")
+        for motion in bench.bench.MOTIONS
+    ]
+    rows = [bench.bench.run(job) for job in jobs]
+    assert all(row.note.startswith("refused: damping") for row in rows[:2])
+    assert all(not row.note and 0.0 < row.rms <= row.worst < 0.1 for row in rows[2:])
+    assert all(row.frozen and row.other for row in rows[2:])
+    assert all(len(row.curve) == 5 for row in rows[2:])
+    text = bench.report.tables(rows)
+    pair = " / ".join(f"{1e3 * row.rms:.3g}" for row in rows[2:])
+    assert f"| slotine li | {pair} |" in text
+    assert f"- slotine li, sine: {rows[0].note}" in text
