@@ -107,7 +107,10 @@ def machine(robot, conditions, seed=0):
     """Return the arm that controllers believe in, the efforts they may take, and the machine."""
     arm, spec = robot.read()
     rotors = conditions.rotors or robot.rotors
+    middle = np.array(robot.middle)
     rotor = robot.armature() * (rotors != "none")
+    if rotors == "matched":
+        rotor = np.diag(arm.mass_matrix(middle)).copy()
     effort = arm.limits["effort"]
     friction = example.FRICTION * effort
     if conditions.twist:
@@ -118,10 +121,9 @@ def machine(robot, conditions, seed=0):
     if not conditions.twist:
         model.dof_armature[:] = rotor
     pick_up = partial(world.load, robot.payload, (conditions.offset, 0.0, 0.0))
-    middle = np.array(robot.middle)
     made = Machine(world, effort, conditions, arm.gravity(middle), pick_up, seed)
     made.start(middle)
-    return arm.with_armature(rotor) if rotors == "known" else arm, effort, made
+    return arm if rotors == "unstated" else arm.with_armature(rotor), effort, made
 
 
 def controllers(arm, middle, effort, conditions):

@@ -26,8 +26,9 @@ COARSE, FINE = 1e-3, 0.25e-3
 FAR = 3.0
 """An error that says that a run has diverged [rad]."""
 
-ROTORS = ("known", "none", "unstated")
-"""Where rotors are: in MuJoCo and in the arm that controllers believe in; nowhere; in MuJoCo."""
+ROTORS = ("known", "none", "unstated", "matched")
+"""Where rotors are: in MuJoCo and in the arm that controllers believe in; nowhere; in MuJoCo alone;
+as known, but each as large as the inertia that its joint carries, as gears are chosen."""
 
 GEAR_DAMPING = 0.05
 """Damping ratio of a motor against its gear."""
