@@ -18,6 +18,9 @@ from mujoco_machine import CUTOFF, Machine, add_gears
 BIG, WRIST = 0.05, 0.02
 """Rotors seen through their gears [kg·m²]: of the last three joints, and of those before."""
 
+EXACT = 32
+"""Bits of an encoder that is as good as exact."""
+
 HAND_OVER = 3.0
 """Of every controller [1/s]."""
 
@@ -33,7 +36,7 @@ class Robot:
     """Pose about which it moves [rad]."""
     base: str = ""
     payload: float = 2.0
-    """[kg]"""
+    """[kg]; of the controllers only the recommended one is told that no load is heavier."""
     rotors: str = "known"
     """Where they are by default; see `mujoco_machine.ROTORS`."""
     rotor: float | None = None
@@ -126,8 +129,9 @@ def machine(robot, conditions, seed=0):
     return arm if rotors == "unstated" else arm.with_armature(rotor), effort, made
 
 
-def controllers(arm, middle, effort, conditions):
+def controllers(robot, arm, effort, conditions):
     """Return a function without arguments for every controller, by name."""
+    middle = np.array(robot.middle)
     common = {"effort_limit": effort, "hand_over": HAND_OVER, "delay": conditions.delay}
     if conditions.encoder_bits is not None:
         common["velocity_filter"] = CUTOFF
@@ -153,8 +157,11 @@ def controllers(arm, middle, effort, conditions):
             sa.recommended,
             arm,
             loop_rate=conditions.rate,
-            encoder_bits=conditions.encoder_bits,
+            encoder_bits=conditions.encoder_bits or EXACT,
             delay=conditions.delay,
             effort_limit=effort,
+            payload=robot.payload,
+            light_joints=(conditions.rotors or robot.rotors) == "none",
+            velocity_filter=common.get("velocity_filter"),
         )
     return made

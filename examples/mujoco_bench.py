@@ -115,7 +115,7 @@ def run(job):
     middle = np.array(robot.middle)
     row = Row(job)
     try:
-        tracker = controllers(arm, middle, effort, conditions)[job.controller]()
+        tracker = controllers(robot, arm, effort, conditions)[job.controller]()
     except ValueError as error:
         row.note = f"refused: {error}"
         return row
@@ -174,7 +174,7 @@ def curve(record):
 def jobs(options):
     """Return the runs that are asked for."""
     arm, effort, _ = machine(ROBOTS["panda"], CASES["base"])
-    known = list(controllers(arm, np.array(ROBOTS["panda"].middle), effort, CASES["base"]))
+    known = list(controllers(ROBOTS["panda"], arm, effort, CASES["base"]))
     wanted = options.only or ([name for name in CHOSEN if name in known] if options.full else known)
     if unknown := set(wanted) - set(known):
         raise SystemExit(f"--only {', '.join(sorted(unknown))}: wants some of {', '.join(known)}")
