@@ -162,6 +162,5 @@ def controllers(robot, arm, effort, conditions):
             effort_limit=effort,
             payload=robot.payload,
             light_joints=(conditions.rotors or robot.rotors) == "none",
-            velocity_filter=common.get("velocity_filter"),
         )
     return made
