@@ -36,7 +36,7 @@ class Robot:
     """Pose about which it moves [rad]."""
     base: str = ""
     payload: float = 2.0
-    """[kg]; of the controllers only the recommended one is told that no load is heavier."""
+    """[kg]; the recommended controller alone is told that no load is heavier."""
     rotors: str = "known"
     """Where they are by default; see `mujoco_machine.ROTORS`."""
     rotor: float | None = None
@@ -129,8 +129,8 @@ def machine(robot, conditions, seed=0):
     return arm if rotors == "unstated" else arm.with_armature(rotor), effort, made
 
 
-def controllers(robot, arm, effort, conditions):
-    """Return a function without arguments for every controller, by name."""
+def controllers(robot, arm, effort, conditions, motion):
+    """Return a function without arguments for every controller, by name; ``motion`` gives sets."""
     middle = np.array(robot.middle)
     common = {"effort_limit": effort, "hand_over": HAND_OVER, "delay": conditions.delay}
     if conditions.encoder_bits is not None:
@@ -147,7 +147,7 @@ def controllers(robot, arm, effort, conditions):
     made["example_pd_gravity"] = partial(
         sa.Controller, arm, example.GravityPd(arm, middle), **common
     )
-    learning = example.compensator(middle)
+    learning = example.compensator(motion, arm.joints)
     made["example_fuzzy"] = partial(
         sa.ComputedTorque, arm, example.KP, example.KV, compensator=learning, **common
     )
@@ -161,6 +161,7 @@ def controllers(robot, arm, effort, conditions):
             delay=conditions.delay,
             effort_limit=effort,
             payload=robot.payload,
+            noise=conditions.noise,
             light_joints=(conditions.rotors or robot.rotors) == "none",
         )
     return made

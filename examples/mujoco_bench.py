@@ -113,15 +113,15 @@ def run(job):
     robot, conditions = ROBOTS[job.robot], CASES[job.case]
     arm, effort, made = machine(robot, conditions, job.seed)
     middle = np.array(robot.middle)
-    row = Row(job)
-    try:
-        tracker = controllers(robot, arm, effort, conditions)[job.controller]()
-    except ValueError as error:
-        row.note = f"refused: {error}"
-        return row
     motions = {name: motion(middle) for name, motion in MOTIONS.items()}
     own = motions.pop(job.motion)
     (other,) = motions.values()
+    row = Row(job)
+    try:
+        tracker = controllers(robot, arm, effort, conditions, own)[job.controller]()
+    except ValueError as error:
+        row.note = f"refused: {error}"
+        return row
     record = made.run(tracker, own, PERIOD * PERIODS)
     measure(row, record, conditions.pick_up)
     if not record.note and getattr(tracker, "learns", False):
@@ -173,8 +173,9 @@ def curve(record):
 
 def jobs(options):
     """Return the runs that are asked for."""
-    arm, effort, _ = machine(ROBOTS["panda"], CASES["base"])
-    known = list(controllers(ROBOTS["panda"], arm, effort, CASES["base"]))
+    panda, base = ROBOTS["panda"], CASES["base"]
+    arm, effort, _ = machine(panda, base)
+    known = list(controllers(panda, arm, effort, base, example.sine(np.array(panda.middle))))
     wanted = options.only or ([name for name in CHOSEN if name in known] if options.full else known)
     if unknown := set(wanted) - set(known):
         raise SystemExit(f"--only {', '.join(sorted(unknown))}: wants some of {', '.join(known)}")

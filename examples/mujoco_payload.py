@@ -168,26 +168,21 @@ class GravityPd:
         return self.inertia * (KP * (q_d - q) + KV * (dq_d - dq)) + self.arm.gravity(q)
 
 
-def compensator(middle):
+def compensator(motion, joints):
     """Return a fuzzy compensator that learns what is missing along the desired motion."""
-    place, speed = 2 * AMPLITUDE, AMPLITUDE
-    places = [np.linspace(q - place, q + place, 9) for q in middle]
-    speeds = [np.linspace(-speed, speed, 15) for _ in middle]
-    width = [0.7 * place / 4] * len(middle) + [0.7 * speed / 7] * len(middle)
-    q = [Q_POSITION] * len(middle) + [Q_VELOCITY] * len(middle)
-    basis = sa.FuzzyBasis(
-        form="per_joint", centers=places + speeds, width=width, normalized=True, inputs="reference"
-    )
+    sets = sa.centers_for(motion, "reference", sets=(9, 15), duration=PERIOD)
+    basis = sa.FuzzyBasis(form="per_joint", **sets)
+    q = [Q_POSITION] * joints + [Q_VELOCITY] * joints
     return sa.FuzzyCompensator(basis, q=q, gain=GAIN)
 
 
-def controllers(arm, middle):
+def controllers(arm, middle, motion):
     """Return the three rivals."""
     return {
         "PD + gravity": GravityPd(arm, middle),
         "computed torque": sa.ComputedTorque(arm, kp=KP, kv=KV),
         "computed torque + fuzzy": sa.ComputedTorque(
-            arm, kp=KP, kv=KV, compensator=compensator(middle)
+            arm, kp=KP, kv=KV, compensator=compensator(motion, arm.joints)
         ),
     }
 
@@ -283,7 +278,7 @@ def main():
     for motion, at in (("sine", sine(middle)), ("point to point", point_to_point(middle))):
         print(f"{motion}: RMS of the last {PERIOD:g} s by joint [mrad], largest torque [N·m]")
         results[motion] = {}
-        for name, tracker in controllers(arm, middle).items():
+        for name, tracker in controllers(arm, middle, at).items():
             e, tau = results[motion][name] = track(world, tracker, at)
             joints = " ".join(f"{1e3 * x:7.2f}" for x in rms(e))
             print(f"  {name:<24} {joints}   {np.abs(tau).max():6.1f}")

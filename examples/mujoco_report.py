@@ -185,7 +185,7 @@ def finished(rows):
     return sorted((row for row in rows if row.rms is not None), key=lambda row: row.rms)
 
 
-LETTER, LINE = 7.6, 17.0
+LETTER, LINE = 8.4, 17.0
 """Width of a letter of a label, and height of a line [pixels]."""
 
 

@@ -6,11 +6,13 @@
 >>> print(run.metrics(window=(20, 40)))
 
 What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a controller
-(`ComputedTorque` with or without a `FuzzyCompensator` over a `FuzzyBasis`, or another of `laws`), a
-`Plant` that `Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a
-reference (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`,
-which runs every controller of a `Scenario`. `plots` and `animation` are imported when they are
-first used.
+(`recommended`, which tunes itself; `ComputedTorque` with or without a `FuzzyCompensator` over a
+`FuzzyBasis`, whose sets `centers_for` takes from a path; or another of `laws`), a `Plant` that
+`Pulses`, `Noise`, `Wrench` and curves push, `Effects` of sensors and actuators, a reference
+(`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`, which
+runs every controller of a `Scenario`. `design` and `learnable` say beforehand what will come of
+it, `attribution` why the error of a run is what it is, `learned` what a recommended controller
+knows by now. `plots` and `animation` are imported when they are first used.
 """
 
 from importlib import import_module as _import_module
@@ -44,10 +46,15 @@ from ._core import (
     read_scenario,
 )
 from ._scene import VERSION as _VERSION
+from .attribution import Attribution, attribution
 from .bench import Scenario, compare, scenario_names
+from .centers import centers_for
 from .comparison import Comparison
 from .design import DesignReport, design
+from .learnable import Learnable, learnable
+from .learned import Learned, learned
 from .metrics import Metrics
+from .recommended import recommended
 from .run import Certificate, Channel, GuardReport, Run, Status
 from .scenario import Scene
 from .simulation import DesignWarning, replay, simulate
@@ -65,6 +72,7 @@ _DRAWING = ("animation", "plots")
 
 __all__ = [
     "Arm",
+    "Attribution",
     "Certificate",
     "Channel",
     "Comparison",
@@ -79,6 +87,8 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "GuardReport",
+    "Learnable",
+    "Learned",
     "Metrics",
     "NoStabilizingSolution",
     "Noise",
@@ -97,13 +107,18 @@ __all__ = [
     "Waypoints",
     "Wrench",
     "__version__",
+    "attribution",
     "bounded_real_riccati",
     "care",
+    "centers_for",
     "compare",
     "design",
     "laws",
+    "learnable",
+    "learned",
     "paper",
     "read_scenario",
+    "recommended",
     "replay",
     "scenario_names",
     "simulate",

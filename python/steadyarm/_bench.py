@@ -21,8 +21,10 @@ from ._options import (
     record,
 )
 from ._streams import say
+from .attribution import attribution
 from .bench import Scenario, compare, load_robot, scenario_names
 from .comparison import Comparison, Row
+from .run import Run
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -47,6 +49,8 @@ def add_run(commands: Commands) -> None:
     add("--seed", metavar="N", type=int, help="seed of noise, jitter, lost samples")
     add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
     add("--save", metavar="FILE.npz", type=record, help="keep the run")
+    add("--why", action="store_true", help="why the error is what it is, by cause")
+    add("--why-plot", metavar="FILE", type=picture, help="the same, drawn")
 
 
 def add_compare(commands: Commands) -> None:
@@ -132,7 +136,7 @@ def _given(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    check_files(arguments.plot, arguments.save)
+    check_files(arguments.plot, arguments.save, arguments.why_plot)
     scene = scene_of(arguments)
     name = arguments.controller or next(iter(scene.controllers))
     if name not in scene.controllers:
@@ -158,7 +162,23 @@ def _run(arguments: argparse.Namespace) -> int:
         if path is not None:
             run.plot().savefig(path) if kind == "picture" else run.save(path)
             say(f"{kind:12}{path}")
+    if arguments.why or arguments.why_plot is not None:
+        _say_why(run, scene.window, arguments.why_plot)
     return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)
+
+
+def _say_why(run: Run, window: tuple[float, float] | None, path: Path | None) -> None:
+    """Why the error is what it is in the window of the steady figures."""
+    window = (0.5 * run.t[-1], run.t[-1]) if window is None else window
+    try:
+        found = attribution(run, window=window)
+    except ValueError as error:  # of a run that ended early
+        say(f"why         {error}")
+        return
+    say(f"\n{found}")
+    if path is not None:
+        found.plot().savefig(path)
+        say(f"{'picture':12}{path}")
 
 
 def _compare(arguments: argparse.Namespace) -> int:

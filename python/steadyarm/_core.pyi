@@ -715,6 +715,14 @@ class Controller:
     @property
     def delay(self) -> int:
         """Samples between a torque and the period in which it acts."""
+    def describe(self) -> dict[str, _Array]:
+        """Gains and what was learnt, at the end of the latest period: numbers by name, arrays.
+
+        Of the recommended controller: ``bandwidth`` [rad/s], ``cut_off`` [Hz], ``learning`` [Hz],
+        ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m], ``parameters``
+        (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,); `learned` reads them. Empty for
+        others.
+        """
     def start_hand_over(self) -> None:
         """Hand over anew at the next sample, to another reference."""
     def step(

@@ -108,9 +108,10 @@ def add_scenario(group: argparse._ArgumentGroup) -> None:
     )
     chosen.add_argument(
         "--preset",
-        choices=tuple(paper.PRESETS),
+        choices=(*paper.PRESETS, "recommended"),
         default="printed",
-        help="how the paper is read: printed is inert, claimed works (default: printed)",
+        help="how the paper is read: printed is inert, claimed works; recommended: what we would "
+        "take instead (default: printed)",
     )
 
 

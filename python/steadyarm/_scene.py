@@ -111,23 +111,36 @@ class Scene:
     def _built(
         self, reference: Any, disturbance: Any, law: Any
     ) -> tuple[_core.Plant, _core.Controller, Any, dict[str, Any]]:
-        plant = self.parts["plant"]
-        if disturbance is not None:
-            arguments = _plain(plant)["Plant"] | {"disturbance": disturbance}
-            plant = {"Plant": arguments}
-        plant = _object(plant, "plant", _core.Plant)
-        tracker = self.parts["tracker"]
-        if law is not None:
-            ((kind, arguments),) = tracker.items()
-            tracker = {kind: {**arguments, "law": law}}
-        tracker = _object(tracker, "tracker", _core.Controller)
+        plant = self.plant(disturbance)
+        tracker = self.tracker(**({} if law is None else {"law": law}))
         tracker.__setstate__(self.start)
         if reference is None:
             reference = _built(self.parts["reference"], "reference")
         if not callable(reference):
             raise ValueError(f"reference: got {reference!r:.80}, wants one that can be called")
-        options = {name: _built(value, name) for name, value in self.parts["options"].items()}
-        return plant, tracker, reference, options
+        return plant, tracker, reference, self.options
+
+    def plant(self, disturbance: Any = None) -> _core.Plant:
+        """The plant, with this disturbance in the place of its own if one is given."""
+        plant = self.parts["plant"]
+        if disturbance is not None:
+            arguments = _plain(plant)["Plant"] | {"disturbance": disturbance}
+            plant = {"Plant": arguments}
+        made: _core.Plant = _object(plant, "plant", _core.Plant)
+        return made
+
+    def tracker(self, **changes: Any) -> _core.Controller:
+        """A new tracker, with these of its arguments changed."""
+        ((kind, arguments),) = self.parts["tracker"].items()
+        made: _core.Controller = _object(
+            {kind: {**arguments, **changes}}, "tracker", _core.Controller
+        )
+        return made
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What `simulate` was given beside plant, tracker and reference."""
+        return {name: _built(value, name) for name, value in self.parts["options"].items()}
 
 
 def read(text: bytes, joints: int) -> dict[str, Any]:

@@ -359,14 +359,15 @@ def _step_time(scene: Scenario, controller: Any, run: Run) -> float | None:
 
 
 def usual_controllers(arm: _core.Arm, bandwidth: float) -> dict[str, Any]:
-    """The rivals by name, each with this bandwidth [rad/s] and an uncertainty of a half."""
+    """The recommended one, and rivals with this bandwidth [rad/s] and an uncertainty of a half."""
     plain = (
         "pd_gravity", "computed_torque", "pid", "h_infinity", "slotine_li",
         "adaptive_computed_torque", "time_delay", "disturbance_observer", "momentum_observer",
     )  # fmt: skip
     unsure = ("sliding_mode", "robust", "super_twisting", "rise")
     uncertainty = {"inertia": 0.5, "acceleration": 5.0, "disturbance": 2.0}
-    laws: dict[str, Any] = {name: {"law": name, "bandwidth": bandwidth} for name in plain}
+    laws: dict[str, Any] = {"recommended": {"law": "recommended"}}
+    laws |= {name: {"law": name, "bandwidth": bandwidth} for name in plain}
     if isinstance(arm, _core.Serial):
         laws["natural_slotine_li"] = {"law": "natural_slotine_li", "bandwidth": bandwidth}
     for name in unsure:

@@ -49,6 +49,8 @@ symptoms, and the run that shows each:
   My model-based controller still has a tracking error.
       steadyarm simulate --simulation 2        the arm is twice as heavy as the controller thinks
       steadyarm simulate --preset claimed      the same arm; the compensator makes up for it
+      steadyarm run panda_payload --controller pid --why
+                                               why the error is what it is, cause by cause
   I added the compensator and nothing changed.
       steadyarm simulate --preset printed      the gain is too low for these rules
       steadyarm design --preset printed        says so beforehand, and which gain would do

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from . import _core
-from .simulation import Reference
+from .learnable import Learnable, learnable
+from .paths import Path, reference_of
 
 Array = NDArray[np.float64]
-
-Path = Reference | tuple[ArrayLike, ...] | Array
-"""A path: a reference, the arguments of a `Table`, (t, q) or (t, q, dq, ddq), or positions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +83,9 @@ class DesignReport:
     survives: Array | None = None
     """Share of what the model leaves out that is still compensated when learning stops, at best: 1
     is learnt, 0 only integrated. None without a path and a plant."""
+    learnable: Learnable | None = None
+    """What the path teaches, whatever learns, and how it is covered by sets; see
+    `steadyarm.learnable`. None without a path."""
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
@@ -97,6 +97,8 @@ class DesignReport:
             known = [f"{z:.4g}" for z in poles if not np.isnan(z)]
             if known:
                 lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(known))
+        if self.learnable is not None:
+            lines += ["", "What this path can teach:", str(self.learnable)]
         if self.left_out:
             lines += ["", "Not in these figures: " + "; ".join(self.left_out) + "."]
         if self.findings:
@@ -150,7 +152,9 @@ def design(
     says what is not. Along a ``path`` it is the sampled loop of all joints, with the arms
     linearised at 64 points of it and the rules as they fire there; otherwise each joint by itself,
     with the rules at the error 0. Where the rules see where the arm is (inputs "state",
-    "reference", "trajectory"), a path is needed: without one there is no verdict.
+    "reference", "trajectory"), a path is needed: without one there is no verdict. With a path the
+    report says too what it can teach, as `learnable` does, and how the sets cover it;
+    `centers_for` makes sets that do.
 
     A control period above three quarters of the longest stable one is refused, one above a third of
     it is warned of.
@@ -179,15 +183,8 @@ def design(
         raise ValueError("path: got None, wants the motion at which the plant is looked at")
     if plant is not None and inertia_ratio is not None:
         raise ValueError(f"inertia_ratio: got {inertia_ratio}, wants None beside a plant")
-    if isinstance(path, np.ndarray | list):
-        if duration is None:
-            raise ValueError("duration: got None, wants the length of a path of positions [s]")
-        path = np.linspace(0.0, duration, len(path)), path
-    if isinstance(path, tuple):
-        columns: Any = path
-        path = _core.Table(*columns)
-    if path is not None and duration is None:
-        duration = _length(path)
+    if path is not None:
+        path, duration = reference_of(path, duration)
     ratio = 1.0 if inertia_ratio is None else inertia_ratio
     figures: dict[str, Any] = _core.design(
         tracker, control_period, delay, disturbance, ratio, path, plant, duration
@@ -196,23 +193,5 @@ def design(
     for name in ("findings", "left_out", "rules_excited", "directions"):
         if figures.get(name) is not None:
             figures[name] = tuple(figures[name])
-    return DesignReport(poles=poles, **figures)
-
-
-def _length(path: Any) -> float:
-    """How long a path is [s]."""
-    if isinstance(path, _core.Table):
-        times, _, _, _, start = path.__reduce__()[1]
-        return float(times[-1] if start is None else times[-1] - times[0] + start)
-    if isinstance(path, _core.Quintic):
-        _, _, duration, start = path.__reduce__()[1]
-        return float(duration + start)
-    if isinstance(path, _core.Waypoints):
-        return float(path.arrivals[-1])
-    if isinstance(path, _core.Sines):
-        frequency, *_, start = path.__reduce__()[1]
-        frequency = np.abs(np.atleast_1d(np.asarray(frequency, float)))
-        moving = frequency[frequency > 0.0]
-        period = 2.0 * math.pi / float(moving.min()) if len(moving) else 1.0
-        return period + max(start or 0.0, 0.0)
-    raise ValueError("duration: got None, wants the length of a path that is a callable [s]")
+    teaches = None if path is None else learnable(tracker, path, duration)
+    return DesignReport(poles=poles, **figures, learnable=teaches)

@@ -6,7 +6,8 @@ in the function's words, or each gain. All take the arguments of `Controller` to
 ``hand_over``, ``velocity_filter``, ``bumpless``, ``delay``, and ``control_period``: where that is
 given, a law that is too fast for it is refused.
 
-Which one, by what you see:
+Which one, by what you see (`steadyarm.recommended` is not of these: all its gains follow from a
+rule, and it is the one to begin with where masses are known roughly):
 
 - No mass matrix is known, motions are slow: `pd_gravity`.
 - The model is good: `computed_torque`.

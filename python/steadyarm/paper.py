@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 from . import _core
 from ._scene import arguments
-from .scenario import Scene
+from .recommended import recommended
+from .scenario import RUN, Scene
+
+PERIOD = 1e-3
+"""Of the recommended controller's loop, of which the paper says nothing [s]."""
+
+LARGEST = 25.0
+"""Its largest torque, of which the paper says nothing [N·m]."""
 
 _SETTINGS = {
     name: _core.read_scenario(_core.paper_scenario(3, name)) for name in ("printed", "claimed")
@@ -34,7 +42,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     name: {key: parts[key] for key in ("form", "normalized", "gain")}
     for name, parts in _PARTS.items()
 }
-"""How simulation 3 is read.
+"""How simulation 3 is read; "recommended" stands beside them, with the controller that we recommend.
 
 "printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets combine to rules, five
 are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a reading that does
@@ -80,7 +88,7 @@ def scenario(number: Literal[1, 2, 3], preset: Literal["printed", "claimed"] = "
 
 def simulation(
     number: Literal[1, 2, 3],
-    preset: Literal["printed", "claimed"] = "printed",
+    preset: Literal["printed", "claimed", "recommended"] = "printed",
     **overrides: Any,
 ) -> Scene:
     """Simulation 1, 2 or 3 of the paper, from rest in the origin, 40 s.
@@ -88,7 +96,18 @@ def simulation(
     ``preset`` says how simulation 3 is read, see `PRESETS`. ``overrides`` change single settings:
     ``kp``, ``kv`` of the controller; ``form``, ``normalized``, ``inputs``, ``centers``, ``width``
     of the basis; ``gain``, ``gamma``, ``q``, ``leak_rate``, … of the compensator; ``duration``,
-    ``dt`` of the run. Raises ValueError for a number, preset or override that does not exist.
+    ``dt`` of the run. With "recommended" `recommended` stands in place of computed torque and
+    compensator, in a loop of 1 kHz with at most 25 N·m, and only settings of the run can be
+    changed. Raises ValueError for a number, preset or override that does not exist.
     """
-    sections = _core.read_scenario(scenario(number, preset))
-    return Scene.of(sections, f"simulation {number}", **overrides)
+    if preset != "recommended":
+        sections = _core.read_scenario(scenario(number, preset))
+        return Scene.of(sections, f"simulation {number}", **overrides)
+    for name in overrides:
+        if name not in RUN:
+            raise ValueError(f"{name}: preset recommended has no such setting, its rule chooses")
+    sections = _core.read_scenario(scenario(number, "printed")) | {"compensator": None}
+    scene = Scene.of(sections, **{"control_period": PERIOD, **overrides})
+    period = scene.options["control_period"]
+    tracker = recommended(nominal(), loop_rate=1.0 / period, delay=0, effort_limit=LARGEST)
+    return replace(scene, tracker=tracker)

@@ -204,7 +204,7 @@ def approximation(rows: Sequence[tuple[int, float]]) -> Picture:
     picture = Picture(width=7.0, height=4.6)
     axes = picture.add_subplot()
     axes.loglog(rules, error, color=BLUE, linewidth=1.6, marker="o", markersize=5)
-    _frame(axes)
+    frame(axes)
     axes.set_xticks(rules, labels=[str(count) for count in rules])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
@@ -253,7 +253,7 @@ def _line(axes: Axes, t: Array, values: Array, colour: str, **style: Any) -> Non
 
 def _dress(axes: Axes, run: Run, name: str, legend: bool = True) -> None:
     """Axes of one signal over the run: limits, name with unit, legend above the curves."""
-    _frame(axes)
+    frame(axes)
     axes.set_ylabel(name)
     axes.set_xlim(float(run.t[0]), max(float(run.t[-1]), float(run.t[0]) + 1e-9))
     if run.status.kind == "diverged":
@@ -279,7 +279,8 @@ def _limit(axes: Axes, sane: Sequence[Array] = (), margin: float = 0.15) -> None
     axes.set_ylim(low - room, high + room)
 
 
-def _frame(axes: Axes) -> None:
+def frame(axes: Axes) -> None:
+    """Draw a frame as all pictures have it."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(GRAY)
     axes.grid(color=FAINT, linewidth=0.8)

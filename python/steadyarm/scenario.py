@@ -21,7 +21,7 @@ class Scene:
     """
 
     plant: _core.Plant
-    tracker: _core.ComputedTorque
+    tracker: _core.Controller
     reference: _core.Curve
     duration: float = 40.0
     dt: float = 1e-3

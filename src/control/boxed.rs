@@ -80,9 +80,11 @@ trait Erased<const N: usize>: Send + Sync {
     fn acted(&self, state: &mut dyn Any, i: usize, seen: &Sample<N>, applied: &Applied<N>);
     fn admit(&self, state: &dyn Any, seen: &Sample<N>, dt: f64) -> Result<()>;
     fn advance(&self, state: &mut dyn Any, end: &Stage<'_>) -> Result<()>;
+    fn coast(&self, state: &mut dyn Any, end: &Stage<'_>) -> Result<()>;
     fn carry(&self, state: &mut dyn Any, last: usize) -> bool;
     fn audit(&self, state: &dyn Any, i: usize, seen: &Sample<N>) -> Option<Audit<N>>;
     fn signals(&self, state: &dyn Any, seen: &Sample<N>, row: &mut [f64]);
+    fn describe(&self, state: &dyn Any, put: &mut dyn FnMut(&'static str, &[f64]));
     fn counts(&self, state: &dyn Any) -> [u64; 2];
     fn write(&self, state: &dyn Any, put: &mut dyn FnMut(&[u8]));
     fn check(&self, flags: u64, part: &[u8]) -> Result<()>;
@@ -158,6 +160,10 @@ where
         own!(state, downcast_mut, self.compensator.advance(state, end), Ok(()))
     }
 
+    fn coast(&self, state: &mut dyn Any, end: &Stage<'_>) -> Result<()> {
+        own!(state, downcast_mut, self.compensator.coast(state, end), Ok(()))
+    }
+
     fn carry(&self, state: &mut dyn Any, last: usize) -> bool {
         own!(state, downcast_mut, self.compensator.carry(state, last), false)
     }
@@ -168,6 +174,10 @@ where
 
     fn signals(&self, state: &dyn Any, seen: &Sample<N>, row: &mut [f64]) {
         own!(state, downcast_ref, self.compensator.signals(state, seen, row), ());
+    }
+
+    fn describe(&self, state: &dyn Any, put: &mut dyn FnMut(&'static str, &[f64])) {
+        own!(state, downcast_ref, self.compensator.describe(state, put), ());
     }
 
     fn counts(&self, state: &dyn Any) -> [u64; 2] {
@@ -205,7 +215,12 @@ impl<const N: usize> Compensator<N, BoxedState> for BoxedCompensator<N> {
     }
 
     fn advance(&self, state: &mut BoxedState, end: &Stage<'_>) -> Result<()> {
-        if state.frozen { Ok(()) } else { self.0.advance(&mut *state.inner, end) }
+        let BoxedState { inner, frozen } = state;
+        if *frozen { self.0.coast(&mut **inner, end) } else { self.0.advance(&mut **inner, end) }
+    }
+
+    fn coast(&self, state: &mut BoxedState, end: &Stage<'_>) -> Result<()> {
+        self.0.coast(&mut *state.inner, end)
     }
 
     fn carry(&self, state: &mut BoxedState, last: usize) -> bool {
@@ -226,6 +241,10 @@ impl<const N: usize> Compensator<N, BoxedState> for BoxedCompensator<N> {
 
     fn channels(&self) -> &'static [Channel] {
         self.0.channels()
+    }
+
+    fn describe(&self, state: &BoxedState, put: &mut dyn FnMut(&'static str, &[f64])) {
+        self.0.describe(&*state.inner, put);
     }
 
     fn signals(&self, state: &BoxedState, seen: &Sample<N>, row: &mut [f64]) {
@@ -268,7 +287,9 @@ impl<const N: usize> Saves<N, BoxedState> for BoxedCompensator<N> {
 
     fn take(&self, state: &mut BoxedState, flags: u64, advances: u64, part: &[u8]) {
         state.frozen = flags & FROZEN != 0;
-        self.0.take(&mut *state.inner, flags & self.0.form().known_flags, advances, part);
+        // What is inside is never frozen itself.
+        let known = self.0.form().known_flags & !FROZEN;
+        self.0.take(&mut *state.inner, flags & known, advances, part);
     }
 }
 

@@ -63,6 +63,15 @@ pub trait Compensator<const N: usize, S> {
     /// When the new state would not be finite; the state is then as before.
     fn advance(&self, state: &mut S, end: &Stage<'_>) -> Result<()>;
 
+    /// In place of [`advance`](Self::advance) while learning is stopped: moves what is no memory of
+    /// learning, such as filters and observers. The default moves nothing.
+    ///
+    /// # Errors
+    /// As [`advance`](Self::advance).
+    fn coast(&self, _state: &mut S, _end: &Stage<'_>) -> Result<()> {
+        Ok(())
+    }
+
     /// After [`advance`](Self::advance): makes stage `last`, at the end of the step, stage 0 of the
     /// next step. False if it cannot, or if the state has changed since that stage. The stage is
     /// then evaluated again. The default is false.
@@ -82,6 +91,10 @@ pub trait Compensator<const N: usize, S> {
     fn sampled_only(&self) -> bool {
         false
     }
+
+    /// Its gains and what it has learnt, as named numbers to look at; what has several rows is put
+    /// row by row. None by default.
+    fn describe(&self, _state: &S, _put: &mut dyn FnMut(&'static str, &[f64])) {}
 
     /// Signals of its own, which enter a record beside those that every record has; none by
     /// default.

@@ -6,6 +6,7 @@
 //!
 //! | law | goes with | memory | take it when |
 //! |---|---|---|---|
+//! | [`FeedForward`] | [`LearnedTorque`] | θ, P, ζ | masses are known, roughly: our recommendation |
 //! | [`PdGravity`] | itself | – | no mass matrix is known; slow motions |
 //! | [`Integral`] | computed torque | ∫e | constant pushes and gravity that is off |
 //! | [`SlidingMode`] | computed torque | – | a bound of the mismatch is known, noise is low |
@@ -23,7 +24,8 @@
 //! | [`MomentumObserver`] | any | p̂ | as above, the same pole at every joint |
 //! | [`TimeDelay`] | the same, on [`Inertia`] | τ, q̇ | a rough inertia, quiet velocities |
 //!
-//! Every one has gains from a bandwidth p [rad/s], `with_bandwidth`, and nothing to tune beside it
+//! The first has its gains from a `Rule`. Every other one has gains from a bandwidth p [rad/s],
+//! `with_bandwidth`, and nothing to tune beside it
 //! but what is declared: a [`Mismatch`] of the model, a [`Pace`] of what is to come. Where a law
 //! has a condition, `suits(period, delay)` refuses gains that are too fast for a sampled loop, and
 //! `covers` those that do not reach over the mismatch. What is learnt on computed torque or on the
@@ -47,6 +49,7 @@ mod passive;
 mod passive_fuzzy;
 mod pd_gravity;
 mod rbf_network;
+mod recommended;
 mod rise;
 mod robust;
 mod sliding_mode;
@@ -66,6 +69,11 @@ pub use passive::Passive;
 pub use passive_fuzzy::PassiveFuzzy;
 pub use pd_gravity::PdGravity;
 pub use rbf_network::RbfNetwork;
+#[cfg(feature = "std")]
+pub use recommended::{Circumstances, Rule};
+pub use recommended::{
+    FeedForward, LearnedTorque, LearnedTorqueState, LearningGains, Learns, Pull,
+};
 pub use rise::Rise;
 pub use robust::Robust;
 pub use sliding_mode::{Mismatch, SlidingMode};

@@ -216,6 +216,13 @@ impl<const N: usize> Parametric<N, 5> for AnyArm<N> {
         let Self::TwoLink(arm) = self else { return Vector::<5>::zeros() };
         arm.inertial_parameters()
     }
+
+    fn burdened(&self, scale: f64, load: f64) -> crate::error::Result<Self> {
+        match self {
+            Self::TwoLink(arm) => arm.burdened(scale, load).map(Self::TwoLink),
+            Self::Serial(_) => Ok(self.clone()),
+        }
+    }
 }
 
 impl<const N: usize> Adapts<N> for AnyArm<N>

@@ -99,6 +99,10 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
         }
     }
 
+    fn describe(&self, memory: &Memory<N>, put: &mut dyn FnMut(&'static str, &[f64])) {
+        both!(self, memory, |it, state| it.describe(state, put), ());
+    }
+
     fn signals(&self, memory: &Memory<N>, sample: &Sample<N>, row: &mut [f64]) {
         both!(self, memory, |it, state| it.signals(state, sample, row), ());
     }

@@ -175,6 +175,20 @@ impl PyController {
         })
     }
 
+    /// Gains and what was learnt, at the end of the latest period: numbers by name, arrays.
+    ///
+    /// Of the recommended controller: ``bandwidth`` [rad/s], ``cut_off`` [Hz], ``learning`` [Hz],
+    /// ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m], ``parameters``
+    /// (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,); `learned` reads them. Empty for
+    /// others.
+    fn describe<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, numbers) in each!(&self.trackers, Trackers, it => it.described()) {
+            dict.set_item(name, array1(py, &numbers))?;
+        }
+        Ok(dict)
+    }
+
     /// Samples between a torque and the period in which it acts.
     #[getter]
     fn delay(&self) -> usize {

@@ -1,5 +1,6 @@
 //! A controller with its state, of any joint count: what `Controller` holds.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use pyo3::exceptions::PyValueError;
@@ -17,14 +18,14 @@ use super::errors::value_error;
 use super::form::limits;
 use crate::arm::Serial;
 use crate::control::{
-    self, Command, ComputedTorque, Front, FuzzyCompensator, Gains, KernelCompensator, Limits,
-    Origin, State,
+    self, Command, Compensator, ComputedTorque, Front, FuzzyCompensator, Gains, KernelCompensator,
+    Limits, Origin, State,
 };
 use crate::design::{Conditions, Course, Report};
 use crate::error::Result;
 use crate::math::Vector;
 use crate::reference::Setpoint;
-use crate::scenario::{Adapts, LawSettings};
+use crate::scenario::{Adapts, Around, LawSettings};
 
 /// A controller of `N` joints.
 pub(super) type Controller<const N: usize> = control::Controller<N, AnyLaw<N>, AnyCompensator<N>>;
@@ -65,6 +66,18 @@ pub(super) struct Fronted<'a, 'py> {
     pub velocity_filter: Given<'a, 'py>,
     pub bumpless: Given<'a, 'py>,
     pub delay: Given<'a, 'py>,
+}
+
+impl Limited<'_, '_> {
+    fn limits<const N: usize>(&self) -> PyResult<Limits<N>> {
+        let limit = |value: Given<'_, '_>, name| {
+            value.map_or(Ok([f64::INFINITY; N]), |value| joints(value, name))
+        };
+        Ok(Limits {
+            effort_limit: limit(self.effort_limit, "effort_limit")?,
+            effort_rate_limit: limit(self.effort_rate_limit, "effort_rate_limit")?,
+        })
+    }
 }
 
 impl Fronted<'_, '_> {
@@ -112,9 +125,10 @@ where
         let own = AnyLaw::Own(arm, Own::new(law, period.unwrap_or(f64::NAN))?);
         return begun(own, AnyCompensator::Own, limited, fronted);
     };
-    let delay = fronted.front()?.delay;
     let law: LawSettings = settings(law, "law")?;
-    let built = law.build(&arm, period, delay).map_err(value_error)?;
+    let around =
+        Around { period, front: fronted.front()?, effort_limit: limited.limits()?.effort_limit };
+    let built = law.build(&arm, &around).map_err(value_error)?;
     let compensator = built
         .compensator
         .map_or(AnyCompensator::None, |it| AnyCompensator::Other(it, law.learns()));
@@ -131,15 +145,9 @@ fn begun<const N: usize>(
 where
     Trackers: From<Tracker<N>>,
 {
-    let Limited { effort_limit, effort_rate_limit, last_tau } = *limited;
-    let limit = |value: Given<'_, '_>, name| {
-        value.map_or(Ok([f64::INFINITY; N]), |value| joints(value, name))
-    };
-    let limits = Limits {
-        effort_limit: limit(effort_limit, "effort_limit")?,
-        effort_rate_limit: limit(effort_rate_limit, "effort_rate_limit")?,
-    };
-    let last_tau = last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from)).transpose()?;
+    let limits = limited.limits()?;
+    let last_tau =
+        limited.last_tau.map(|tau| joints(tau, "last_tau").map(Vector::from)).transpose()?;
     let state = State::new(compensator.state());
     let controller = Controller::new(law, compensator).with_limits(limits).map_err(value_error)?;
     let controller = controller.with_front(fronted.front()?).map_err(value_error)?;
@@ -226,6 +234,14 @@ impl<const N: usize> Tracker<N> {
         let mut state = self.state.clone();
         self.controller.settle(&mut state);
         state.compensator
+    }
+
+    /// What the compensator says of itself at the end of the period that is pending.
+    pub fn described(&self) -> BTreeMap<&'static str, Vec<f64>> {
+        let mut all = BTreeMap::<_, Vec<f64>>::new();
+        let put = &mut |name, numbers: &[f64]| all.entry(name).or_default().extend(numbers);
+        self.controller.compensator.describe(&self.ended(), put);
+        all
     }
 
     /// P, row-major; `None` without a compensator.

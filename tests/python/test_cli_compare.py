@@ -57,6 +57,16 @@ def test_run_runs_one_controller(file: str, tmp_path: Path, capsys: Out) -> None
     assert "controller  pid" in capsys.readouterr().out, "the first by name"
 
 
+def test_run_says_why_the_error_is_what_it_is(file: str, tmp_path: Path, capsys: Out) -> None:
+    picture = tmp_path / "why.png"
+    assert main(["run", file, "--controller", "plain", "--why", "--why-plot", str(picture)]) == 0
+    out = capsys.readouterr().out
+    run = sa.Scenario.read(file).simulate("plain")
+    # The steady figures are of the second half.
+    assert str(sa.attribution(run, window=(0.1, 0.2))) in out
+    assert picture.stat().st_size > 10_000 and str(picture) in out
+
+
 def test_run_refuses_in_one_line(file: str, capsys: Out) -> None:
     for arguments, words in (
         (["run", file, "--controller", "nobody"], "--controller: got 'nobody', wants one of"),

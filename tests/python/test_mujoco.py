@@ -94,7 +94,7 @@ def test_an_unknown_payload_is_learnt(example, urdf, path):
     tip, middle = example.PANDA["tip"], np.array(example.PANDA["middle"])
     arm, world = example.scene(urdf, tip)
     motion = getattr(example, path)(middle)
-    rivals = example.controllers(arm, middle)
+    rivals = example.controllers(arm, middle, motion)
     plain, plain_tau = example.track(world, rivals["computed torque"], motion, periods=2)
     fuzzy = rivals["computed torque + fuzzy"]
     learning, tau = example.track(world, fuzzy, motion)

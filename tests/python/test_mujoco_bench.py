@@ -195,8 +195,9 @@ def test_an_observer_takes_away_what_computed_torque_leaves(bench):
     error = {}
     for law in ("computed_torque", "momentum_observer"):
         arm, effort, machine = bench.arms.machine(robot, conditions)
-        tracker = bench.arms.controllers(robot, arm, effort, conditions)[law]()
-        record = machine.run(tracker, bench.payload.sine(middle), 2.0)
+        motion = bench.payload.sine(middle)
+        tracker = bench.arms.controllers(robot, arm, effort, conditions, motion)[law]()
+        record = machine.run(tracker, motion, 2.0)
         assert not record.note
         error[law] = np.abs(record.e[-500:]).max()
     assert error["momentum_observer"] < error["computed_torque"] / 5

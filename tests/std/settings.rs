@@ -5,7 +5,7 @@ use steadyarm::control::{Controller, Front, State};
 use steadyarm::math::Vector;
 use steadyarm::paper;
 use steadyarm::reference::{Reference, Setpoint};
-use steadyarm::scenario::{Adapts, BuiltLaw, EffectsSettings, LawSettings, Scenario};
+use steadyarm::scenario::{Adapts, Around, BuiltLaw, EffectsSettings, LawSettings, Scenario};
 
 use crate::chains;
 use crate::counting::calls_during;
@@ -71,6 +71,9 @@ bandwidth = 10.0
 [controllers.p]
 law = "momentum_observer"
 bandwidth = 10.0
+[controllers.q]
+law = "recommended"
+light_joints = true
 "#;
 
 fn all() -> Vec<LawSettings> {
@@ -116,6 +119,12 @@ fn steps_are_saved<const N: usize>(built: BuiltLaw<N>, name: &str) {
     assert_eq!(tail(&kept), tail(&controller.save(&other)), "{name}");
 }
 
+/// A loop of 1 kHz.
+fn around<const N: usize>(delay: usize) -> Around<N> {
+    let front = Front { velocity_filter: Some(100.0), delay, ..Front::default() };
+    Around { period: Some(1e-3), front, effort_limit: [30.0; N] }
+}
+
 fn built<const N: usize, A>(arm: &A) -> usize
 where
     A: steadyarm::arm::Arm<N> + Adapts<N> + Clone + Send + Sync + 'static,
@@ -123,7 +132,7 @@ where
     let laws = all();
     let built = laws.iter().filter_map(|law| {
         // Two entries of a bandwidth are for two joints.
-        let built = law.build(arm, Some(1e-3), 1);
+        let built = law.build(arm, &around(1));
         if built.is_err() {
             assert!(N != 2 && law.name() == "pid" || law.name() == "natural_slotine_li");
         }
@@ -135,12 +144,12 @@ where
 #[test]
 fn every_law_is_built_of_its_settings_saved_and_reset_to_the_bit() {
     let arm: TwoLink = paper::nominal().unwrap();
-    assert_eq!(built(&arm), 15);
+    assert_eq!(built(&arm), 16);
     let mut random = Random(11);
     let chain: Serial<3> = chains::chain(&mut random);
-    assert_eq!(built(&chain), 15);
-    let chain: Serial<2> = chains::chain(&mut random);
     assert_eq!(built(&chain), 16);
+    let chain: Serial<2> = chains::chain(&mut random);
+    assert_eq!(built(&chain), 17);
 }
 
 /// Behind pointers too, and with all that stands before the law.
@@ -151,7 +160,7 @@ fn a_step_of_no_law_allocates() {
     let mut random = Random(3);
     let arm: Serial<2> = chains::chain(&mut random);
     for law in all() {
-        let built = law.build(&arm, Some(1e-3), 2).unwrap();
+        let built = law.build(&arm, &around(2)).unwrap();
         let Some(compensator) = built.compensator else { continue };
         let controller = Controller::new(built.law, compensator).with_front(front).unwrap();
         let mut state = State::new(controller.compensator.state());
@@ -172,8 +181,7 @@ fn refused(settings: &str) -> String {
     match Scenario::from_toml(&text) {
         Err(error) => error.to_string(),
         Ok(scenario) => {
-            let built =
-                scenario.controllers["it"].build::<2, _>(&paper::nominal().unwrap(), Some(1e-3), 0);
+            let built = scenario.controllers["it"].build(&paper::nominal().unwrap(), &around(0));
             built.map_or_else(|error| error.to_string(), |_| "accepted".into())
         }
     }

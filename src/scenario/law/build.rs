@@ -4,7 +4,7 @@ use super::adapts::Adapts;
 use super::settings::*;
 use crate::arm::Arm;
 use crate::control::{
-    BoxedCompensator, BoxedLaw, ComputedTorque, Dynamic, DynamicState, Feedback, Gains,
+    BoxedCompensator, BoxedLaw, ComputedTorque, Dynamic, DynamicState, Feedback, Front, Gains,
     check_period,
 };
 use crate::error::{Error, Result};
@@ -22,12 +22,21 @@ pub struct BuiltLaw<const N: usize> {
     pub compensator: Option<BoxedCompensator<N>>,
 }
 
+/// What is known of the loop around a law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Around<const N: usize> {
+    /// Period \[s\], if it is known.
+    pub period: Option<f64>,
+    /// What stands before the law.
+    pub front: Front,
+    /// Largest torques [N·m]; infinite where there is no limit.
+    pub effort_limit: [f64; N],
+}
+
 /// What a law is built for.
 pub(super) struct Site<'a, const N: usize, A> {
     pub arm: &'a A,
-    /// Period of the loop \[s\], if it is known, and its delay in samples.
-    period: Option<f64>,
-    delay: f64,
+    pub around: &'a Around<N>,
 }
 
 impl LawSettings {
@@ -50,6 +59,7 @@ impl LawSettings {
             Self::TimeDelay(_) => "time_delay",
             Self::DisturbanceObserver(_) => "disturbance_observer",
             Self::MomentumObserver(_) => "momentum_observer",
+            Self::Recommended(_) => "recommended",
         }
     }
 
@@ -61,28 +71,23 @@ impl LawSettings {
             | Self::NaturalSlotineLi(_)
             | Self::PassiveFuzzy(_)
             | Self::RbfNetwork(_)
-            | Self::AdaptiveComputedTorque(_) => true,
+            | Self::AdaptiveComputedTorque(_)
+            | Self::Recommended(_) => true,
             _ => false,
         }
     }
 
-    /// The law for a nominal arm. Where the `period` of the loop \[s\] is known, its conditions on
-    /// period and `delay` in samples are asked too, and where an uncertainty is declared, those on
-    /// it.
+    /// The law for a nominal arm. Where the period of the loop is known, its conditions on period
+    /// and delay are asked too, and where an uncertainty is declared, those on it.
     ///
     /// # Errors
     /// Naming a parameter of the settings: it is missing, out of range, or a condition says no.
-    pub fn build<const N: usize, A>(
-        &self,
-        arm: &A,
-        period: Option<f64>,
-        delay: usize,
-    ) -> Result<BuiltLaw<N>>
+    pub fn build<const N: usize, A>(&self, arm: &A, around: &Around<N>) -> Result<BuiltLaw<N>>
     where
         A: Arm<N> + Adapts<N> + Clone + Send + Sync + 'static,
     {
-        period.map_or(Ok(()), |period| check_period("control_period", period))?;
-        let site = Site { arm, period, delay: delay as f64 };
+        around.period.map_or(Ok(()), |period| check_period("control_period", period))?;
+        let site = Site { arm, around };
         let built = match self {
             Self::ComputedTorque(it) => site.computed_torque(it),
             Self::PdGravity(it) => site.pd_gravity(it),
@@ -100,6 +105,7 @@ impl LawSettings {
             Self::TimeDelay(it) => site.time_delay(it),
             Self::DisturbanceObserver(it) => site.disturbance_observer(it),
             Self::MomentumObserver(it) => site.momentum_observer(it),
+            Self::Recommended(it) => site.recommended(it),
         };
         built.map_err(|error| match error.parameter() {
             "lambda" => error.named("slope"),
@@ -138,7 +144,8 @@ where
 {
     /// Asks a condition on period and delay, where they are known.
     pub fn suits(&self, condition: impl FnOnce(f64, f64) -> Result<()>) -> Result<()> {
-        self.period.map_or(Ok(()), |period| condition(period, self.delay))
+        let Around { period, front, .. } = self.around;
+        period.map_or(Ok(()), |period| condition(period, front.delay as f64))
     }
 
     pub fn computed<F>(&self, feedback: F) -> BoxedLaw<N>
@@ -280,8 +287,8 @@ where
             Some(_) => {
                 let bandwidth: [f64; N] = it.by_bandwidth()?.unwrap_or([f64::NAN; N]);
                 let slowest = bandwidth.iter().copied().fold(f64::INFINITY, f64::min);
-                let period = self.period.ok_or_else(|| Error::missing("control_period"))?;
-                Inertia::with_bandwidth(arm, slowest, period, self.delay)?
+                let period = self.around.period.ok_or_else(|| Error::missing("control_period"))?;
+                Inertia::with_bandwidth(arm, slowest, period, self.around.front.delay as f64)?
             }
             None => (gains(&it.kp, &it.kv)?, Inertia::new(arm, number("share", &it.share)?)?),
         };

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, Result};
 use crate::laws::Mismatch;
-use crate::scenario::{CompensatorSettings, PerJoint};
+use crate::scenario::{BasisSettings, CompensatorSettings, PerJoint};
 
 /// A law with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,8 @@ pub enum LawSettings {
     DisturbanceObserver(DisturbanceObserverSettings),
     /// Computed torque with a momentum observer.
     MomentumObserver(MomentumObserverSettings),
+    /// The one that we recommend: all gains from a rule.
+    Recommended(RecommendedSettings),
 }
 
 /// Settings of a law: a bandwidth, or its gains; and what goes with either.
@@ -291,6 +293,36 @@ settings! {
         /// l [1/s].
         pole
     } also {}
+}
+
+/// The recommended controller: what its rule is told.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct RecommendedSettings {
+    /// Bits of the encoders; absent: 16.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub encoder_bits: Option<PerJoint>,
+    /// Standard deviation of a measured position beside its rounding \[rad\]; absent: 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<PerJoint>,
+    /// The heaviest load at the tip \[kg\]; absent: a sixth of the arm's mass.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub payload: Option<f64>,
+    /// Bounds of the arm's inertia as multiples of what is believed; absent: 1 and 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub inertia_range: Option<[f64; 2]>,
+    /// Largest torques \[N·m\], where the controller has no limits and the arm says none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub effort: Option<PerJoint>,
+    /// Whether only a load at the tip, and friction, are learnt, and no other link.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub payload_only: bool,
+    /// Whether a joint that looks too light for its torque is meant so, and has no rotor.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub light_joints: bool,
+    /// A basis for what no parameter describes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<BasisSettings>,
 }
 
 /// What the model may miss, as [`Mismatch`].

@@ -5,6 +5,7 @@ mod bandwidth;
 mod conditions;
 mod modern_robotics;
 mod networks;
+mod recommended;
 mod windup;
 
 use std::ops::ControlFlow;

@@ -1,0 +1,154 @@
+//! What the torque of a joint is made of, a column a parameter:
+//!
+//! | columns | of joint n | what |
+//! |---|---|---|
+//! | K | those from the first that acts on it | inertial regressor Y(q_d, q̇_d, q̈_d) |
+//! | 4 a joint | its own | tanh(v/.005), tanh(v/.05), tanh(v/.5), v: friction |
+//! | R a joint | its own | residual basis ξ(q_d, q̇_d, q̈_d) and a constant, if there is one |
+//!
+//! Three widths, so that no width of the friction needs to be known.
+
+use super::regression::{Row, stride};
+use crate::arm::Parametric;
+use crate::control::{Inputs, Sample};
+use crate::fuzzy::FuzzyBasis;
+use crate::math::{FNV_START, Vector, fnv_of, tanh};
+
+/// Widths of the steps of friction [rad/s].
+const WIDTHS: [f64; 3] = [0.005, 0.05, 0.5];
+/// Columns of friction of a joint.
+pub(super) const FRICTION: usize = WIDTHS.len() + 1;
+/// Share of the largest torque of a joint that each column of its own may be, before it is learnt.
+const OWN: f64 = 0.1;
+/// Share of its parameters that each link may be off, before that is learnt.
+const LINK: f64 = 1.0;
+/// Where a link's mass may be \[m\].
+const REACH: f64 = 0.15;
+
+/// The columns of `N` joints.
+#[derive(Clone, Debug)]
+pub(super) struct Features<const N: usize, const K: usize> {
+    /// The first inertial parameter of each joint that is learnt.
+    first: [usize; N],
+    prior: Vector<K>,
+    /// Largest torque of each joint, over 4 [N·m].
+    pub unit: [f64; N],
+    pub residual: Option<(FuzzyBasis, Inputs)>,
+}
+
+impl<const N: usize, const K: usize> Features<N, K> {
+    /// Those of an arm; with `payload`, of its last link's parameters alone.
+    pub fn new<A>(
+        arm: &A,
+        unit: [f64; N],
+        payload: bool,
+        residual: Option<(FuzzyBasis, Inputs)>,
+    ) -> Self
+    where
+        A: Parametric<N, K>,
+    {
+        let mut first = arm.first_parameters();
+        if payload {
+            first = [first[N - 1]; N];
+        }
+        Self { first, prior: inertial_prior(&arm.inertial_parameters()), unit, residual }
+    }
+
+    /// Columns of the residual of a joint.
+    pub fn residuals(&self) -> usize {
+        self.residual.as_ref().map_or(0, |(basis, _)| basis.rules() + 1)
+    }
+
+    /// Columns of a joint's own.
+    pub fn own(&self) -> usize {
+        FRICTION + self.residuals()
+    }
+
+    /// All parameters.
+    pub fn parameters(&self) -> usize {
+        K + N * self.own()
+    }
+
+    /// Length of a row of P.
+    pub fn stride(&self) -> usize {
+        stride(self.parameters())
+    }
+
+    /// Numbers that a sample's columns take but for those of friction: `N` rows of `K`, and the
+    /// residual's, which all joints share.
+    pub fn columns(&self) -> usize {
+        N * K + self.residuals()
+    }
+
+    /// Scratch for [`write`](Self::write).
+    pub fn work(&self) -> usize {
+        let residual = self.residual.as_ref();
+        residual.map_or(0, |(basis, inputs)| inputs.len(N) + basis.work_len())
+    }
+
+    /// The diagonal of P₀.
+    pub fn prior(&self) -> impl Iterator<Item = f64> {
+        let own = self.own();
+        let of_joint = move |n: usize| {
+            let largest = OWN * self.unit[n];
+            core::iter::repeat_n(largest * largest, own)
+        };
+        self.prior.iter().copied().chain((0..N).flat_map(of_joint))
+    }
+
+    /// A number for the meaning of the columns.
+    pub fn fingerprint(&self) -> u64 {
+        let first = self.first.iter().map(|first| *first as f64);
+        let known = fnv_of(FNV_START, self.prior.iter().copied().chain(self.unit).chain(first));
+        let Some((basis, inputs)) = &self.residual else { return known };
+        let scales =
+            inputs.signals().iter().flat_map(|(signal, scale)| [*signal as u8 as f64, *scale]);
+        fnv_of(known, scales.chain([f64::from_bits(basis.fingerprint())]))
+    }
+
+    /// The columns of a sample but for those of friction.
+    pub fn write<A>(&self, arm: &A, seen: &Sample<N>, columns: &mut [f64], work: &mut [f64])
+    where
+        A: Parametric<N, K>,
+    {
+        let (inertial, places) = columns.split_at_mut(N * K);
+        arm.regressor_rows(&seen.desired.q, &seen.desired.dq, &seen.desired.ddq, inertial);
+        if let (Some((basis, inputs)), Some((last, xi))) = (&self.residual, places.split_last_mut())
+        {
+            let (x, work) = work.split_at_mut(inputs.len(N));
+            inputs.gather(seen, x);
+            // A sample is finite, and the lengths are right.
+            _ = basis.evaluate(x, work, xi);
+            *last = 1.0;
+        }
+    }
+
+    /// Where the inertial entries of joint `n` are in its row of columns.
+    pub fn acting(&self, n: usize) -> core::ops::Range<usize> {
+        n * K + self.first[n]..(n + 1) * K
+    }
+
+    /// The row of joint `n`, of entries in these two stretches.
+    pub fn row<'a>(&self, n: usize, inertial: &'a [f64], own: &'a [f64]) -> Row<'a> {
+        Row { first: [self.first[n], K + n * self.own()], entries: [inertial, own] }
+    }
+}
+
+/// The columns of friction at a velocity [rad/s].
+pub(super) fn friction(velocity: f64) -> [f64; FRICTION] {
+    let [narrow, middle, wide] = WIDTHS.map(|width| tanh(velocity / width));
+    [narrow, middle, wide, velocity]
+}
+
+/// Of the bodies of a chain, ten parameters each; of lumped parameters, as much as they are.
+fn inertial_prior<const K: usize>(parameters: &Vector<K>) -> Vector<K> {
+    Vector::from_fn(|k, _| {
+        let spread = if K.is_multiple_of(10) {
+            let (mass, place) = (parameters[k - k % 10], k % 10);
+            mass * [1.0, REACH, REACH * REACH][usize::from(place > 0) + usize::from(place > 3)]
+        } else {
+            parameters[k]
+        };
+        LINK * LINK * spread * spread
+    })
+}
