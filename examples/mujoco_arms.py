@@ -152,16 +152,15 @@ def controllers(robot, arm, effort, conditions, motion):
         sa.ComputedTorque, arm, example.KP, example.KV, compensator=learning, **common
     )
     made["passive_fuzzy"] = partial(sa.laws.passive_fuzzy, arm, learning, bandwidth=20.0, **sampled)
-    if hasattr(sa, "recommended"):
-        made["recommended"] = partial(
-            sa.recommended,
-            arm,
-            loop_rate=conditions.rate,
-            encoder_bits=conditions.encoder_bits or EXACT,
-            delay=conditions.delay,
-            effort_limit=effort,
-            payload=robot.payload,
-            noise=conditions.noise,
-            light_joints=(conditions.rotors or robot.rotors) == "none",
-        )
+    made["recommended"] = partial(
+        sa.recommended,
+        arm,
+        loop_rate=conditions.rate,
+        encoder_bits=conditions.encoder_bits or EXACT,
+        delay=conditions.delay,
+        effort_limit=effort,
+        payload=robot.payload,
+        noise=conditions.noise,
+        light_joints=(conditions.rotors or robot.rotors) == "none",
+    )
     return made

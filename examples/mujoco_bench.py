@@ -64,7 +64,7 @@ CHOSEN = [
     "slotine_li",
     "super_twisting",
 ]
-"""Controllers of the full bench, where they are there."""
+"""Controllers of the full bench."""
 
 LOW = 2e-3
 """The error that a controller comes below after the start, or after the pick-up [rad]."""
@@ -176,7 +176,7 @@ def jobs(options):
     panda, base = ROBOTS["panda"], CASES["base"]
     arm, effort, _ = machine(panda, base)
     known = list(controllers(panda, arm, effort, base, example.sine(np.array(panda.middle))))
-    wanted = options.only or ([name for name in CHOSEN if name in known] if options.full else known)
+    wanted = options.only or (CHOSEN if options.full else known)
     if unknown := set(wanted) - set(known):
         raise SystemExit(f"--only {', '.join(sorted(unknown))}: wants some of {', '.join(known)}")
     pairs = [(robot, case) for robot in options.robot for case in options.case]
