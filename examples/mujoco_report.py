@@ -80,13 +80,18 @@ def cell(motions, figure, scale):
     shown = []
     for runs in motions.values():
         found = value(runs, figure)
-        text = "–" if found is None else f"{scale * found:.3g}"
+        text = "–" if found is None else brief(scale * found)
         if figure == "joint" and found is not None:
             text = f"{worst_joint(runs[0])}: {text}"
         if figure == "rms" and len(runs) > 1 and found is not None:
-            text += f" (≤ {scale * max(run.rms for run in runs):.3g})"
+            text += f" (≤ {brief(scale * max(run.rms for run in runs))})"
         shown.append(text)
     return "" if set(shown) == {"–"} else " / ".join(shown)
+
+
+def brief(number):
+    """Return a number to three digits, without an exponent."""
+    return f"{float(f'{number:.3g}'):g}"
 
 
 def value(runs, figure):

@@ -216,7 +216,8 @@ def test_a_run_gives_a_row_and_a_refusal_gives_its_reason(bench, monkeypatch):
     assert all(not row.note and 0.0 < row.rms <= row.worst < 0.1 for row in rows[2:])
     assert all(row.frozen and row.other for row in rows[2:])
     assert all(len(row.curve) == 5 for row in rows[2:])
+    assert [bench.report.brief(x) for x in (15678.9, 0.27849, 3.0)] == ["15700", "0.278", "3"]
     text = bench.report.tables(rows)
-    pair = " / ".join(f"{1e3 * row.rms:.3g}" for row in rows[2:])
+    pair = " / ".join(bench.report.brief(1e3 * row.rms) for row in rows[2:])
     assert f"| slotine li | {pair} |" in text
     assert f"- slotine li, sine: {rows[0].note}" in text
