@@ -1,7 +1,7 @@
 # make reproduce   the paper's three simulations and every rival: pictures, honest tables, a page, in reproduce/
 # make test        everything that must hold
 # make robot       the Panda in MuJoCo with an unknown payload: every controller, tables and pictures, in robot/
-# make robots      the chosen controllers on all robots and in all cases, and ten seeds, in robots/: half an hour
+# make robots      the chosen controllers on all robots and in all cases, and ten seeds, in robots/: takes long
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
