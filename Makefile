@@ -1,6 +1,7 @@
 # make reproduce   the paper's three simulations and every rival: pictures, honest tables, a page, in reproduce/
 # make test        everything that must hold
-# make robot       the Panda in MuJoCo with an unknown payload: table and picture, in robot/
+# make robot       the Panda in MuJoCo with an unknown payload: every controller, tables and pictures, in robot/
+# make robots      the chosen controllers on all robots and in all cases, and ten seeds, in robots/: takes long
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
@@ -21,13 +22,18 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot robots test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
 
 robot: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_payload.py --out robot
+	$(BIN)/python examples/mujoco_bench.py --out robot
+
+robots: $(VENV)/wheel $(VENV)/tools
+	$(BIN)/python examples/mujoco_bench.py --full --out robots
+	$(BIN)/python examples/mujoco_bench.py --seeds 10 --case base noise drop gain --only recommended --out robots/seeds
 
 test: lint test-rust no-std bits test-python
 
@@ -115,4 +121,4 @@ $(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/python
 	@touch $@
 
 clean:
-	rm -rf $(VENV) target docs/_build robot $(OUT)
+	rm -rf $(VENV) target docs/_build robot robots $(OUT)

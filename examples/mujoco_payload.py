@@ -73,25 +73,27 @@ def bare(path, base, tip):
 
 
 class World:
-    """The robot in MuJoCo."""
+    """The robot in MuJoCo, of its URDF or of a model that was made of it."""
 
-    def __init__(self, urdf, tip, payload=0.0, friction=0.0):
-        self.model = mujoco.MjModel.from_xml_string(urdf)
+    def __init__(self, robot, tip, payload=0.0, friction=0.0):
+        made = isinstance(robot, mujoco.MjModel)
+        self.model = robot if made else mujoco.MjModel.from_xml_string(robot)
         self.model.opt.timestep = DT
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
         self.model.dof_frictionloss[:] = friction
         self.model.dof_damping[:] = friction
-        self._hang(self.model.body(tip).id, payload)
+        self.tip = self.model.body(tip).id
+        if payload:
+            self.load(payload)
         self.data = mujoco.MjData(self.model)
 
-    def _hang(self, body, mass):
-        """Add a ball of this mass and 5 cm radius at the body's origin."""
-        if mass == 0.0:
-            return
-        model = self.model
+    def load(self, mass, at=(0.0, 0.0, 0.0)):
+        """Fix a ball of this mass [kg] and 5 cm radius to the tip, its centre there [m]."""
+        model, body, at = self.model, self.tip, np.asarray(at)
         own, com = model.body_mass[body], model.body_ipos[body].copy()
-        new = own * com / (own + mass)
-        shift = own * mass / (own + mass) * (com @ com * np.eye(3) - np.outer(com, com))
+        new = (own * com + mass * at) / (own + mass)
+        apart = com - at
+        shift = own * mass / (own + mass) * (apart @ apart * np.eye(3) - np.outer(apart, apart))
         rotation = np.zeros(9)
         mujoco.mju_quat2Mat(rotation, model.body_iquat[body])
         rotation = rotation.reshape(3, 3)
