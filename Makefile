@@ -2,6 +2,7 @@
 # make test        everything that must hold
 # make robot       the Panda in MuJoCo with an unknown payload: every controller, tables and pictures, in robot/
 # make robots      the chosen controllers on all robots and in all cases, and ten seeds, in robots/: takes long
+# make which       the tables and pictures of "Which controller?" in the manual, in docs/which: ten minutes
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
@@ -22,7 +23,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot robots test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot robots which test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -30,6 +31,9 @@ reproduce: $(VENV)/wheel
 robot: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_payload.py --out robot
 	$(BIN)/python examples/mujoco_bench.py --out robot
+
+which: $(VENV)/wheel $(VENV)/tools
+	$(BIN)/python examples/mujoco_bench.py --page docs/which
 
 robots: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_bench.py --full --out robots

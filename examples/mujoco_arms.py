@@ -161,6 +161,8 @@ def controllers(robot, arm, effort, conditions, motion):
         effort_limit=effort,
         payload=robot.payload,
         noise=conditions.noise,
+        path=motion,
+        duration=example.PERIOD,
         light_joints=(conditions.rotors or robot.rotors) == "none",
     )
     return made

@@ -1,7 +1,7 @@
 """Which controller? Every one on robots in MuJoCo, with the sensors and the loop of a machine.
 
     python examples/mujoco_bench.py [--robot NAME …] [--case NAME …] [--only CONTROLLER …]
-                                    [--full] [--seeds N] [--jobs N] [--out DIR]
+                                    [--full] [--seeds N] [--jobs N] [--out DIR] [--page DIR]
 
 A robot carries a payload and rubs, and no controller knows of it. By default that is the Panda
 under `Conditions()` with all controllers: 16-bit encoders, velocities by difference, torques one
@@ -10,7 +10,8 @@ Then whatever learns is frozen, and goes on along the same motion and along the 
 
 ``--full`` runs the controllers of `CHOSEN` in all `CASES` on the Panda, and on the other robots
 with rotors known, nowhere, and unstated. With ``--out`` the tables are written as Markdown and
-JSON, with two pictures. Needs ``pip install mujoco pin example-robot-data matplotlib``.
+JSON, with two pictures. ``--page`` runs what the page "Which controller?" of the manual shows, and
+writes its tables and pictures. Needs ``pip install mujoco pin example-robot-data matplotlib``.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
+import mujoco_page as page
 import mujoco_payload as example
 import numpy as np
 from mujoco_arms import ROBOTS, controllers, machine
@@ -179,6 +181,13 @@ def jobs(options):
     wanted = options.only or (CHOSEN if options.full else known)
     if unknown := set(wanted) - set(known):
         raise SystemExit(f"--only {', '.join(sorted(unknown))}: wants some of {', '.join(known)}")
+    if options.page:
+        return [
+            Job(robot, case, motion, name, 0)
+            for robot, case, names in page.wanted(CASES, ROBOTS)
+            for name in names or known
+            for motion in MOTIONS
+        ]
     pairs = [(robot, case) for robot in options.robot for case in options.case]
     if options.full:
         others = [robot for robot in ROBOTS if robot != "panda"]
@@ -210,12 +219,16 @@ def main():
     parser.add_argument("--seeds", type=int, default=1, help="runs of everything (1)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="runs at the same time")
     parser.add_argument("--out", type=Path, help="folder of the tables and pictures")
+    parser.add_argument("--page", type=Path, help="folder of the manual's tables and pictures")
     options = parser.parse_args()
     rows, todo = [], jobs(options)
     with ProcessPoolExecutor(options.jobs) as pool:
         for row in pool.map(run, todo):
             rows.append(row)
             print(f"{len(rows)} of {len(todo)}: {brief(row)}", file=sys.stderr)
+    if options.page:
+        page.write(rows, options.page)
+        return
     text = tables(rows)
     print(text)
     if options.out:

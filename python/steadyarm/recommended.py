@@ -69,8 +69,8 @@ def recommended(
     path: where the arm will go. The rule then looks at the poses there, and 0.3 rad around, not at
         all that the arm has; the torque that the path needs is compared with ``effort_limit``; and
         the sets of the residual lie along it. ``duration`` [s]: its length, None for its own.
-    learns: "links", or "payload" for a load at the tip and friction alone: a shorter step, and
-        the load is known sooner and better, where the arm itself is known well.
+    learns: "links", or "payload" for a load at the tip and friction alone: the load is known
+        better, where the arm itself is known well.
     residual: learn what no parameter describes too, by places along the path. It holds on this path
         alone. None: for a two-link arm only.
     light_joints: a joint that looks too light for its torque is meant so, and has no rotor.

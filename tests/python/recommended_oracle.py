@@ -133,7 +133,8 @@ class Recommended:
         self.Y = self.Y + a * (self.features(acted["inertial"], acted["extra"], v) - self.Y)
         change = a * (momentum - self.de)
         self.de = self.de + change
-        self.rests = self.rests + a * ((abs(v) < 0.02) - self.rests)
+        slow = np.minimum(abs(v), abs(acted["dq_d"])) < 0.02
+        self.rests = self.rests + a * (slow - self.rests)
         self.astray = self.astray + a * (astray - self.astray)
         self.since += h
         row = (self.k - 1) % self.cycle

@@ -29,8 +29,8 @@ const FRICTION_CUT_OFF: f64 = 15.0;
 /// learnt if that was so, or a torque limited, in less than this share of what the filter sees.
 pub(super) const FAR: f64 = 0.1;
 const ASTRAY: f64 = 0.02;
-/// A joint that is slower rests [rad/s]; a row is learnt if it rested less than this share of the
-/// time that the filter sees.
+/// A joint that is slower rests [rad/s], and so does one that is only pushed about; a row is learnt
+/// if it rested less than this share of what the filter sees.
 const REST: f64 = 0.02;
 const RESTED: f64 = 0.3;
 impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A> {
@@ -75,7 +75,8 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         let last = filtered.momentum;
         filtered.torque += (acting.torque + now.cut - filtered.torque) * share;
         filtered.momentum += (momentum - last) * share;
-        let rests = velocity.map(|v| if v.abs() < REST { 1.0 } else { 0.0 });
+        let slow = |n: usize| velocity[n].abs().min(acting.dq[n].abs()) < REST;
+        let rests = Vector::from_fn(|n, _| if slow(n) { 1.0 } else { 0.0 });
         filtered.rest += (rests - filtered.rest) * share;
         let astray = now.far || now.cut != Vector::<N>::zeros();
         filtered.astray += (if astray { 1.0 } else { 0.0 } - filtered.astray) * share;
