@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import steadyarm as sa
@@ -24,16 +25,21 @@ def test_example_of_8_lines_tracks_as_the_text_says() -> None:
     exec(compile(code, "README.md", "exec"), names)
     run, arm, path = names["run"], names["arm"], names["path"]
     assert isinstance(run, sa.Run) and isinstance(arm, sa.Serial) and isinstance(path, sa.Quintic)
-    plain = sa.ComputedTorque(arm.without_friction(), kp=400, kv=40)
-    plant = sa.Plant(arm.with_payload(2.0))
-    without = sa.simulate(plant, plain, path, 10.0, q0=path(0.0)[0])
-    found = re.search(r"(\d+) mrad without `compensator=`, ([\d.]+) mrad with it", TEXT)
+    plain = sa.laws.computed_torque(
+        arm.without_friction(), bandwidth=20.0, velocity_filter=100.0, delay=1
+    )
+    loop: dict[str, Any] = names["loop"]  # type: ignore[assignment]
+    without = sa.simulate(sa.Plant(arm.with_payload(2.0)), plain, path, 10.0, **loop)
+    found = re.search(r"(\d+) mrad with computed torque, ([\d.]+) mrad with it", TEXT)
     assert found
     assert f"{error(without):.0f}" == found[1]
-    assert f"{error(run):.1f}" == found[2]
+    assert f"{error(run):.3f}" == found[2]
+    load = sa.learned(run.tracker).payload
+    assert f"a load of {load:.2f} kg" in TEXT
 
 
 RIVALS = {
+    "**recommended**": "recommended",
     "computed torque": "computed_torque",
     "**the paper's compensator, as printed**": "fuzzy_printed",
     "the same, as claimed (another gain, raw strengths)": "fuzzy_claimed",

@@ -8,10 +8,11 @@ use steadyarm::arm::{
 use steadyarm::control::{ComputedTorque, Controller, DynamicState, Front, Inputs, Limits, State};
 use steadyarm::effects::{Actuators, Effects, Sensors, Side, Timing, Transmission, Velocity};
 use steadyarm::fuzzy::Form;
-use steadyarm::laws::MomentumObserver;
-use steadyarm::math::Vector;
+use steadyarm::laws::{Circumstances, FeedForward, LearnedTorque, Learns, MomentumObserver, Rule};
+use steadyarm::math::{Vector, sin_cos};
 use steadyarm::paper;
 use steadyarm::plant::{Elastic, Plant};
+use steadyarm::reference::Setpoint;
 use steadyarm::sim::{Method, Options, Status, Tolerance, simulate};
 
 /// FNV-1a of q, dq, W, V and tau at the end. They change with every change of the arithmetic, and
@@ -20,6 +21,7 @@ const CONTINUOUS: u64 = 0x1802_cf8f_085f_b7af;
 const SAMPLED: u64 = 0xb7b3_12b5_986e_5759;
 const ERROR_CONTROLLED: u64 = 0x8e5b_6893_7854_f167;
 const SERIAL: u64 = 0x57fd_cf5b_1b13_ebdf;
+const RECOMMENDED: u64 = 0x6772_f2a9_26f6_2700;
 const AFFECTED: u64 = 0xd464_5217_0c58_7d2c;
 
 fn final_hash(controller: &Adaptive, options: &Options<2>) -> u64 {
@@ -144,6 +146,46 @@ fn run_through_every_effect_ends_in_its_golden_bits() {
     let own = run.own.iter().flat_map(|column| column.values.last().copied());
     let motion = run.q[last].into_iter().chain(run.dq[last]).chain(run.tau[last]);
     assert_golden("AFFECTED", hash(motion.chain(own)), AFFECTED);
+}
+
+/// The rule of the recommended controller, and 3000 steps of it: friction, a limit, rests.
+#[test]
+fn recommended_controller_ends_in_its_golden_bits() {
+    let arm = serial();
+    let known = Circumstances {
+        control_period: 1e-3,
+        delay: 1,
+        noise: [2.8e-5; 7],
+        velocity_filter: 100.0,
+        effort_limit: [60.0; 7],
+        payload: 1.0,
+        inertia_range: [0.8, 1.5],
+        light_joints: true,
+        range: None,
+    };
+    let Rule { gains, weight, .. } = Rule::new(&arm, &known).unwrap();
+    let law = FeedForward::new(arm, weight, gains.pull).unwrap();
+    let learned =
+        LearnedTorque::new(arm, weight, gains, known.effort_limit, Learns::default()).unwrap();
+    let front =
+        Front { hand_over: Some(3.0), velocity_filter: Some(100.0), bumpless: None, delay: 1 };
+    let limits = Limits { effort_limit: known.effort_limit, ..Limits::default() };
+    let it = Controller::new(law, learned).with_front(front).unwrap().with_limits(limits).unwrap();
+    let mut state = State::new(it.compensator.state());
+    let mut torques = Vec::new();
+    for k in 0..3000 {
+        let t = f64::from(k) * 1e-3;
+        let wave = |n: usize, shift: f64| sin_cos(t * (1.0 + 0.1 * n as f64) + n as f64 + shift).0;
+        let desired = Setpoint {
+            q: Vector::<7>::from_fn(|n, _| 0.4 * wave(n, 0.0)),
+            dq: Vector::<7>::from_fn(|n, _| 0.4 * wave(n, 1.5)),
+            ddq: Vector::<7>::from_fn(|n, _| -0.4 * wave(n, 0.0)),
+        };
+        let q = desired.q + Vector::<7>::from_fn(|n, _| 0.01 * wave(n, 2.0));
+        let tau = it.step(&mut state, &q, &desired.dq, &desired, 1e-3).unwrap().tau;
+        torques.extend_from_slice(tau.as_slice());
+    }
+    assert_golden("RECOMMENDED", hash(torques), RECOMMENDED);
 }
 
 #[test]

@@ -117,6 +117,14 @@ fn steps_are_saved<const N: usize>(built: BuiltLaw<N>, name: &str) {
     controller.settle(&mut other);
     let tail = |bytes: &[u8]| bytes[bytes.len() - 16..bytes.len() - 8].to_vec();
     assert_eq!(tail(&kept), tail(&controller.save(&other)), "{name}");
+    // Saved while frozen, loaded and set free, it is as one that was never frozen.
+    let mut free = State::new(controller.compensator.state());
+    controller.restore(&mut free, &controller.save(&state)).unwrap();
+    for it in [&mut free, &mut state] {
+        controller.settle(it).set_frozen(false);
+        (25..28).for_each(|k| drop(step(it, k)));
+    }
+    assert_eq!(controller.save(&free), controller.save(&state), "{name}");
 }
 
 /// A loop of 1 kHz.
