@@ -104,8 +104,11 @@ def _design(arguments: argparse.Namespace) -> int:
         return _judge_all(arguments)
     try:
         scene = scene_of(arguments, 3, OVERRIDES)
+        tracker = scene.tracker
+        if not isinstance(tracker, _core.ComputedTorque):
+            raise Refused("--preset: got recommended, which has no gain to judge: see sa.learned")
         report = design(
-            scene.tracker,
+            tracker,
             control_period=_or(arguments.control_period, PERIOD),
             delay=_or(arguments.delay, 0),
             disturbance=arguments.disturbance,

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, laws
+from . import _core
 from .centers import centers_for
 from .paths import Course, Path
 from .paths import sample as sampled
@@ -28,6 +28,14 @@ SETS = 5
 """Sets of an input of the residual."""
 
 
+class Others(TypedDict, total=False):
+    """Arguments of `Controller` beside those that are said here."""
+
+    effort_rate_limit: ArrayLike | None
+    last_tau: ArrayLike | None
+    bumpless: float | None
+
+
 def recommended(
     arm: _core.Arm,
     *,
@@ -45,7 +53,7 @@ def recommended(
     light_joints: bool = False,
     hand_over: float | None = HAND_OVER,
     velocity_filter: float | None = FILTER,
-    **common: Unpack[laws.Common],
+    **others: Unpack[Others],
 ) -> _core.Controller:
     """Return the controller that we recommend: it learns what torque your arm really needs.
 
@@ -74,6 +82,7 @@ def recommended(
     residual: learn what no parameter describes too, by places along the path. It holds on this path
         alone. None: for a two-link arm only.
     light_joints: a joint that looks too light for its torque is meant so, and has no rotor.
+    hand_over, velocity_filter, others: as of `Controller`.
 
     Raises ValueError in words: where a rotor is missing, no gains keep such a loop stable, or the
     path needs more than the largest torque.
@@ -99,7 +108,6 @@ def recommended(
     if isinstance(arm, _core.TwoLink) if residual is None else residual:
         settings["residual"] = _residual(path, duration)
     given = {name: value for name, value in settings.items() if value is not None}
-    common = {"control_period": period, **common}
     return _core.Controller(
         arm,
         given,
@@ -107,7 +115,8 @@ def recommended(
         delay=delay,
         hand_over=hand_over,
         velocity_filter=velocity_filter,
-        **common,
+        control_period=period,
+        **others,
     )
 
 

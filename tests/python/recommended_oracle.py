@@ -94,7 +94,7 @@ class Recommended:
         return now["tau"]
 
     def way_back(self, e: Array) -> Array:
-        """The speed at which an error is brought back: p e/2, and beyond what braking allows less."""
+        """The speed at which an error is brought back: p e/2, and less where braking wants it."""
         near = 4.0 * self.braking / self.design.p**2
         braked = np.sqrt(2.0 * np.where(near < abs(e), self.braking * (abs(e) - near / 2), 0.0))
         return np.where(abs(e) <= near, 0.5 * self.design.p * e, np.copysign(braked, e))

@@ -1,5 +1,5 @@
-"""The recommended controller: what it promises on the paper's arm and on robots, what it has learnt,
-and what it refuses."""
+"""The recommended controller: what it promises on the paper's arm and on robots, what it has
+learnt, and what it refuses."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def test_a_shipped_scenario_has_a_title_and_is_sampled_where_it_has_effects(name
     if scene.effects is not None:
         assert scene.options["control_period"] and scene.front["delay"] == scene.effects.delay
     for law in scene.controllers.values():
-        assert law["law"] in sa.laws.__all__
+        assert law["law"] in (*sa.laws.__all__, "recommended")
 
 
 def test_files_are_read_by_path_too(tmp_path: Path) -> None:
