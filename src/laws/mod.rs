@@ -6,7 +6,7 @@
 //!
 //! | law | goes with | memory | take it when |
 //! |---|---|---|---|
-//! | [`FeedForward`] | [`LearnedTorque`] | θ, P, ζ | masses are known, roughly: our recommendation |
+//! | [`FeedForward`] | [`LearnedTorque`] | θ, P, ζ | masses are known roughly: take it first |
 //! | [`PdGravity`] | itself | – | no mass matrix is known; slow motions |
 //! | [`Integral`] | computed torque | ∫e | constant pushes and gravity that is off |
 //! | [`SlidingMode`] | computed torque | – | a bound of the mismatch is known, noise is low |

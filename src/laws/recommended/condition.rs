@@ -1,4 +1,4 @@
-//! Whether what is learnt converges: at a pose, with θ slow beside the loop, a sufficient condition.
+//! Whether what is learnt converges: a sufficient condition at a pose, with θ slow beside the loop.
 //!
 //! ```text
 //! Δ = LP (I − cDM⁻¹) S     S = Ms² (Ms² + D(3ps + 3p² + p³/s))⁻¹      s = jω

@@ -1,5 +1,5 @@
-//! The end of a period: what the torque that acted says goes through the filters, and the rows whose
-//! turn it is are learnt.
+//! The end of a period: what the torque that acted says goes through the filters, and the rows
+//! whose turn it is are learnt.
 //!
 //! ```text
 //! ζ ← ζ + hp (v + D⁻¹(τ_a − τ_asked) − α)

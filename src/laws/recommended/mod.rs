@@ -2,13 +2,14 @@
 //! forward.
 //!
 //! The way through: `feed_forward` is the law, `pull` its way back to the path. `learned_torque`
-//! goes with it: `features` says what a torque is made of, `learning` takes a row a period to
-//! `regression`, which learns how much of each; `memory` is what is remembered, `saved` writes it.
-//! `rule` chooses the `gains`: `frozen_loop` has the roots of the sampled loop, `condition` whether
-//! what is learnt converges.
+//! goes with it: `features` says what a torque is made of, `estimate` gives it for a sample,
+//! `learning` takes a row a period to `regression`, which learns how much of each; `memory` is what
+//! is remembered, `saved` writes it. `rule` chooses the `gains`: `frozen_loop` has the roots of the
+//! sampled loop, `condition` whether what is learnt converges.
 
 #[cfg(feature = "std")]
 mod condition;
+mod estimate;
 mod features;
 mod feed_forward;
 #[cfg(feature = "std")]

@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Joint by joint, f₂ is the cut-off in 20 … 2000 Hz with the largest p for which the noise of the
-//! encoder is at most .5 % of the joint's torque, and 20 Hz where it is more for all. Then p is lowered until the sampled loop is
-//! stable enough for the lightest and the heaviest arm that is declared, at 24 poses, and what is
-//! learnt converges there.
+//! encoder is at most .5 % of the joint's torque, and 20 Hz where it is more for all. Then p is
+//! lowered until the sampled loop is stable enough for the lightest and the heaviest arm that is
+//! declared, at 24 poses, and what is learnt converges there.
 
 use core::f64::consts::TAU;
 
