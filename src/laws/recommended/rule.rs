@@ -76,6 +76,42 @@ pub struct Circumstances<const N: usize> {
 }
 
 /// What the rule gives.
+///
+/// ```
+/// # #[cfg(feature = "urdf")]
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// use steadyarm::arm::Serial;
+/// use steadyarm::control::{Controller, Front, State};
+/// use steadyarm::laws::{Circumstances, FeedForward, LearnedTorque, Learns, Rule};
+/// use steadyarm::{math::Vector, reference::Setpoint, robot::shipped};
+///
+/// let arm: Serial<7> = shipped("panda")?.arm()?;
+/// let known = Circumstances {
+///     control_period: 1e-3,
+///     delay: 1,
+///     noise: [2.8e-5; 7],
+///     velocity_filter: 100.0,
+///     effort_limit: arm.effort_limit(),
+///     payload: 3.0,
+///     inertia_range: [1.0; 2],
+///     light_joints: false,
+///     range: None,
+/// };
+/// let Rule { gains, weight, .. } = Rule::new(&arm, &known)?;
+/// let law = FeedForward::new(arm, weight, gains.pull)?;
+/// let learned = LearnedTorque::new(arm, weight, gains, known.effort_limit, Learns::default())?;
+/// let front = Front { velocity_filter: Some(100.0), delay: 1, ..Front::default() };
+/// let controller = Controller::new(law, learned).with_front(front)?;
+///
+/// let mut state = State::new(controller.compensator.state());
+/// let q = Vector::<7>::zeros();
+/// let command = controller.step(&mut state, &q, &q, &Setpoint::at_rest(q), 1e-3)?;
+/// assert!(command.tau.iter().all(|tau| tau.is_finite()));
+/// # Ok(())
+/// # }
+/// # #[cfg(not(feature = "urdf"))]
+/// # fn main() {}
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rule<const N: usize, A> {
     /// All gains.

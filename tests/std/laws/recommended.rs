@@ -255,3 +255,22 @@ fn a_million_rows_leave_the_covariance_positive() {
     let scaled = nalgebra::DMatrix::from_fn(m, m, |i, j| p[(i, j)] / (prior[i] * prior[j]).sqrt());
     assert!(scaled.cholesky().is_some());
 }
+
+#[test]
+fn memory_may_be_lent_and_has_to_be_long_enough() {
+    let it = of_paper();
+    let learned = &it.compensator;
+    let mut short = vec![0.0; learned.buffer_len() - 1];
+    let error = learned.state_in(short.as_mut_slice()).unwrap_err();
+    assert!(error.to_string().starts_with("buffer: got"), "{error}");
+    // What stands there before does not matter.
+    let mut lent = vec![7.0; learned.buffer_len()];
+    let mut state = State::new(learned.state_in(lent.as_mut_slice()).unwrap());
+    let mut own = State::new(learned.state());
+    for k in 0..200 {
+        let desired = Setpoint::at_rest(Vector::from([0.001 * f64::from(k), 0.3]));
+        let q = desired.q * 0.99;
+        let lent = it.step(&mut state, &q, &Vector::zeros(), &desired, 1e-3).unwrap();
+        assert_eq!(lent, it.step(&mut own, &q, &Vector::zeros(), &desired, 1e-3).unwrap());
+    }
+}
