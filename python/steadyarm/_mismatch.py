@@ -258,6 +258,11 @@ def _bare(said: Mapping[str, Any]) -> dict[str, Any]:
         changes["law"] = {
             name: value for name, value in said["law"].items() if name != "compensator"
         }
+    elif said["law"]["law"] == "recommended":
+        # Its gains follow from the filter, and from the limit.
+        changes.pop("velocity_filter")
+        if said["effort_limit"] is not None:
+            changes["law"] = said["law"] | {"effort": said["effort_limit"]}
     return changes
 
 

@@ -89,15 +89,18 @@ def recommended(
     """
     if learns not in ("links", "payload"):
         raise ValueError(f'learns: got {learns!r}, wants "links" or "payload"')
+    for name, flag in (("light_joints", light_joints), ("residual", residual)):
+        if not isinstance(flag, bool | None):
+            raise TypeError(f"{name}: got {flag!r}, wants True or False")
     period = _period(loop_rate)
     settings: dict[str, Any] = {
         "law": "recommended",
-        "encoder_bits": _plain(encoder_bits),
-        "noise": _plain(noise),
-        "payload": payload,
-        "inertia_range": None if inertia_range is None else [float(x) for x in inertia_range],
+        "encoder_bits": _numbers("encoder_bits", encoder_bits, arm.joints),
+        "noise": _numbers("noise", noise, arm.joints),
+        "payload": None if payload is None else _numbers("payload", payload, 0),
+        "inertia_range": None if inertia_range is None else _bounds(inertia_range),
         "payload_only": learns == "payload",
-        "light_joints": light_joints,
+        "light_joints": bool(light_joints),
     }
     if path is not None:
         course = sampled(path, duration, arm)
@@ -122,14 +125,29 @@ def recommended(
 
 def _period(loop_rate: float) -> float:
     """The period of a loop [s]."""
-    rate = float(loop_rate)
+    rate: float = _numbers("loop_rate", loop_rate, 0)
     if not 1.0 <= rate <= 1e9:
         raise ValueError(f"loop_rate: got {loop_rate!r}, wants 1 to 1e9 Hz")
     return 1.0 / rate
 
 
-def _plain(value: ArrayLike) -> Any:
-    return np.asarray(value, dtype=float).tolist()
+def _numbers(name: str, value: Any, joints: int) -> Any:
+    """A number, or one for each joint where there are some, as a list."""
+    wants = "a number" if joints == 0 else f"a number, or {joints} of them"
+    array = np.asarray(value)
+    if array.dtype.kind not in "iuf":
+        raise TypeError(f"{name}: got {value!r}, wants {wants}")
+    if array.shape not in ((), (joints,)):
+        raise ValueError(f"{name}: got shape {array.shape}, wants {wants}")
+    return array.astype(float).tolist()
+
+
+def _bounds(inertia_range: Any) -> list[float]:
+    """Two numbers."""
+    array = np.asarray(inertia_range)
+    if array.shape != (2,) or array.dtype.kind not in "iuf":
+        raise ValueError(f"inertia_range: got {inertia_range!r}, wants (low, high)")
+    return [float(x) for x in array]
 
 
 def _effort(arm: _core.Arm, effort_limit: ArrayLike | None) -> ArrayLike | None:
@@ -164,6 +182,6 @@ def _residual(path: Path | None, duration: float | None) -> dict[str, Any]:
     sets = centers_for(path, "trajectory", sets=SETS, duration=duration)
     centers, width = sets["centers"], sets["width"]
     return basis | {
-        "centers": [_plain(row) for row in centers],
-        "width": [_plain(row) for row in width],
+        "centers": [np.asarray(row).tolist() for row in centers],
+        "width": [np.asarray(row).tolist() for row in width],
     }

@@ -196,11 +196,21 @@ impl<const N: usize> Tracker<N> {
         elapsed: Option<f64>,
     ) -> Result<Vector<N>> {
         let Self { controller, state, .. } = self;
+        let length = |state: &State<N, _>| state.pending.as_ref().map(|it| it.dt);
+        let (told, front) = (length(state), state.front);
         if let Some(elapsed) = elapsed {
             controller.lasted(state, elapsed)?;
         }
         controller.law.tell(dt);
-        let command = controller.step_after(state, applied, q, dq, desired, dt)?;
+        let command = controller.step_after(state, applied, q, dq, desired, dt);
+        if command.is_err() && length(state).is_some() == told.is_some() {
+            // The sample is refused, and what was told with it is forgotten.
+            state.front = front;
+            if let (Some(pending), Some(dt)) = (&mut state.pending, told) {
+                pending.dt = dt;
+            }
+        }
+        let command = command?;
         self.latest = Some(command);
         Ok(command.tau)
     }

@@ -125,7 +125,7 @@ def test_the_verdict_is_computed_from_the_numbers(reproduced):
 def test_rivals_are_printed_with_what_they_show_and_written(reproduced):
     out, text, _ = reproduced
     table = sa.Comparison.from_csv(out / "compare.csv")
-    assert len(table.rows) == 2 * 19
+    assert len(table.rows) == 2 * 20
     assert {row.scenario for row in table.rows} == {"paper_rivals", "paper_sensors"}
     said = _rivals.sentences(list(table.rows))
     words = " ".join(text.split())

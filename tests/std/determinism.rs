@@ -21,7 +21,7 @@ const CONTINUOUS: u64 = 0x1802_cf8f_085f_b7af;
 const SAMPLED: u64 = 0xb7b3_12b5_986e_5759;
 const ERROR_CONTROLLED: u64 = 0x8e5b_6893_7854_f167;
 const SERIAL: u64 = 0x57fd_cf5b_1b13_ebdf;
-const RECOMMENDED: u64 = 0x6772_f2a9_26f6_2700;
+const RECOMMENDED: u64 = 0x6d04_52e3_f35f_3925;
 const AFFECTED: u64 = 0xd464_5217_0c58_7d2c;
 
 fn final_hash(controller: &Adaptive, options: &Options<2>) -> u64 {

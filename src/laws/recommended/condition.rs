@@ -26,7 +26,6 @@ const HIGHEST: f64 = 20.0;
 /// As [`symmetric_spectrum`].
 pub(super) fn gain<const N: usize>(
     gains: &LearningGains<N>,
-    unit: &[f64; N],
     weight: &Matrix<N>,
     mass: &Matrix<N>,
 ) -> Result<f64> {
@@ -37,7 +36,7 @@ pub(super) fn gain<const N: usize>(
     let mut largest: f64 = 0.0;
     for k in 0..FREQUENCIES {
         let omega = slowest * exp(ratio * k as f64);
-        let Some(delta) = mismatch(gains, unit, weight, mass, omega) else {
+        let Some(delta) = mismatch(gains, weight, mass, omega) else {
             return Ok(f64::INFINITY);
         };
         let square = delta.transpose() * &delta;
@@ -50,7 +49,6 @@ pub(super) fn gain<const N: usize>(
 /// Δ (I − Δ)⁻¹ at a frequency [rad/s], a complex matrix X + jY as [X −Y; Y X].
 fn mismatch<const N: usize>(
     gains: &LearningGains<N>,
-    unit: &[f64; N],
     weight: &Matrix<N>,
     mass: &Matrix<N>,
     omega: f64,
@@ -72,8 +70,8 @@ fn mismatch<const N: usize>(
         &(Matrix::<N>::identity() * size),
         &(Matrix::<N>::identity() * (-omega / cut * size)),
     );
-    let scaled = Matrix::<N>::from_fn(|i, j| share[(i, j)] / unit[i]);
-    let back = Matrix::<N>::from_fn(|i, j| if i == j { unit[i] } else { 0.0 });
+    let scaled = Matrix::<N>::from_fn(|i, j| share[(i, j)] / gains.unit[i]);
+    let back = Matrix::<N>::from_fn(|i, j| if i == j { gains.unit[i] } else { 0.0 });
     let flat = |m: &Matrix<N>| complex(m, &Matrix::<N>::zeros());
     let delta = low_pass * flat(&scaled) * sensitivity * flat(&back);
     let rest = DMatrix::identity(2 * N, 2 * N) - &delta;

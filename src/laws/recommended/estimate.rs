@@ -134,7 +134,7 @@ where
         put("acceleration_share", &[*acceleration_share]);
         put("condition", &[*condition]);
         put("weight", state.now.weight.diagonal().as_slice());
-        put("unit", &self.features.unit);
+        put("unit", &self.gains.unit);
         let [theta, p, _] = self.kept(state.memory.as_slice());
         put("parameters", theta);
         let rows = p.chunks_exact(self.features.stride());

@@ -42,7 +42,7 @@ pub(super) struct Features<const N: usize, const K: usize> {
     first: [usize; N],
     prior: Vector<K>,
     /// Largest torque of each joint, over 4 [N·m].
-    pub unit: [f64; N],
+    scale: [f64; N],
     pub residual: Option<(FuzzyBasis, Inputs)>,
 }
 
@@ -50,7 +50,7 @@ impl<const N: usize, const K: usize> Features<N, K> {
     /// Those of an arm; with `payload`, of its last link's parameters alone.
     pub fn new<A>(
         arm: &A,
-        unit: [f64; N],
+        scale: [f64; N],
         payload: bool,
         residual: Option<(FuzzyBasis, Inputs)>,
     ) -> Self
@@ -61,7 +61,7 @@ impl<const N: usize, const K: usize> Features<N, K> {
         if payload {
             first = [first[N - 1]; N];
         }
-        Self { first, prior: inertial_prior(&arm.inertial_parameters()), unit, residual }
+        Self { first, prior: inertial_prior(&arm.inertial_parameters()), scale, residual }
     }
 
     /// Columns of the residual of a joint.
@@ -100,7 +100,7 @@ impl<const N: usize, const K: usize> Features<N, K> {
     pub fn prior(&self) -> impl Iterator<Item = f64> {
         let own = self.own();
         let of_joint = move |n: usize| {
-            let largest = OWN * self.unit[n];
+            let largest = OWN * self.scale[n];
             core::iter::repeat_n(largest * largest, own)
         };
         self.prior.iter().copied().chain((0..N).flat_map(of_joint))
@@ -109,7 +109,7 @@ impl<const N: usize, const K: usize> Features<N, K> {
     /// A number for the meaning of the columns.
     pub fn fingerprint(&self) -> u64 {
         let first = self.first.iter().map(|first| *first as f64);
-        let known = fnv_of(FNV_START, self.prior.iter().copied().chain(self.unit).chain(first));
+        let known = fnv_of(FNV_START, self.prior.iter().copied().chain(self.scale).chain(first));
         let Some((basis, inputs)) = &self.residual else { return known };
         let scales =
             inputs.signals().iter().flat_map(|(signal, scale)| [*signal as u8 as f64, *scale]);

@@ -15,6 +15,8 @@ pub struct LearningGains<const N: usize> {
     pub learning: f64,
     /// c.
     pub acceleration_share: f64,
+    /// What a row of each joint is measured in [N·m]: what it says is good to 1 % of that.
+    pub unit: [f64; N],
     /// Period of the loop \[s\], and samples between a torque and its period.
     pub control_period: f64,
     /// At most [`MAX_DELAY`].
@@ -30,6 +32,7 @@ impl<const N: usize> LearningGains<N> {
         positive("cut_off", &self.cut_off)?;
         positive("learning", &[self.learning])?;
         positive("acceleration_share", &[self.acceleration_share])?;
+        positive("unit", &self.unit)?;
         positive("control_period", &[self.control_period])?;
         at_most("delay", self.delay, MAX_DELAY)
     }

@@ -44,8 +44,8 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         if let Some((basis, inputs)) = &learns.residual {
             length("residual", basis.inputs(), inputs.len(N))?;
         }
-        let unit = effort_limit.map(|tau| tau / 4.0);
-        let features = Features::new(&arm, unit, learns.payload_only, learns.residual);
+        let scale = effort_limit.map(|tau| tau / 4.0);
+        let features = Features::new(&arm, scale, learns.payload_only, learns.residual);
         Ok(Self { arm, weight, gains, features })
     }
 

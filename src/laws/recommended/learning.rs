@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! ζ ← ζ + hp (v + D⁻¹(τ_a − τ_asked) − α)
-//! y = LP[τ_a − ID₀] − c d/dt LP[Dė']      φ = LP[Φ]      one row of y = φθ a period
+//! y = LP[τ_a − ID₀ + f₀(q̇_d) − f₀(q̇)] − c d/dt LP[Dė']    φ = LP[Φ]    one row of y = φθ a period
 //! ```
 //!
 //! A row is left out while its joint rests, for friction at rest may be anything, and all are while
@@ -73,7 +73,9 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         let velocity = acting.dq + filtered.slow;
         self.smooth(share, turn, &velocity, &mut parts);
         let last = filtered.momentum;
-        filtered.torque += (acting.torque + now.cut - filtered.torque) * share;
+        // What is known of friction acts at the arm's velocity too.
+        let rubbed = self.arm.friction(&acting.dq) - self.arm.friction(&velocity);
+        filtered.torque += (acting.torque + now.cut + rubbed - filtered.torque) * share;
         filtered.momentum += (momentum - last) * share;
         let slow = |n: usize| velocity[n].abs().min(acting.dq[n].abs()) < REST;
         let rests = Vector::from_fn(|n, _| if slow(n) { 1.0 } else { 0.0 });
@@ -102,7 +104,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
             } else if filtered.rest[n] <= RESTED && filtered.astray <= ASTRAY {
                 let own = &own[n * self.features.own()..][..self.features.own()];
                 let row = self.features.row(n, &inertial[self.features.acting(n)], own);
-                regression.learn(&row, wanted[n], self.features.unit[n]);
+                regression.learn(&row, wanted[n], self.gains.unit[n]);
             }
         }
     }

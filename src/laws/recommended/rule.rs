@@ -36,6 +36,11 @@ const QUICKEST: f64 = 5000.0;
 /// torque it leaves at the least.
 const BRAKING: f64 = 0.25;
 const LEFT: f64 = 0.1;
+/// The slowest p that the loop must allow where gravity pulls [rad/s]: arms swung at 4 and 7, and
+/// did not at 11.
+const HOLDS: f64 = 8.0;
+/// What a row's unit moves a joint by, at the most \[rad\].
+const MOVED: f64 = 0.5;
 /// The loop's slowest root is left of this share of the smallest p.
 const MARGIN: f64 = 0.05;
 /// p is lowered by this factor, so often at the most.
@@ -159,7 +164,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
     ///
     /// # Errors
     /// Naming what is out of range. `armature`: a joint is so light for its torque that the inertia
-    /// of its rotor must be missing. `loop_rate`: too slow for any gains. `inertia_range`: too wide
+    /// of its rotor must be missing. `loop_rate`: too slow for any gains, or for gravity. `inertia_range`: too wide
     /// for any gains, or for what is learnt to converge.
     pub fn new<const K: usize>(arm: &A, known: &Circumstances<N>) -> Result<Self>
     where
@@ -181,7 +186,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         if !known.light_joints {
             has_rotors(&posed, &known.effort_limit)?;
         }
-        let choice = core::array::from_fn(|n| quickest(n, &posed, known));
+        let choice: [[f64; 2]; N] = core::array::from_fn(|n| quickest(n, &posed, known));
         let mut gains = LearningGains {
             pull: Pull {
                 bandwidth: choice.map(|[p, _]| p),
@@ -190,6 +195,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             cut_off: choice.map(|[_, cut_off]| cut_off),
             learning: 0.0,
             acceleration_share: 1.0,
+            unit: [0.0; N],
             control_period: known.control_period,
             delay: known.delay,
             condition: f64::NAN,
@@ -199,10 +205,21 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             gains.pull.bandwidth[n] *= share;
             share < 1.0
         });
-        slow_down(&mut gains, &posed, known.velocity_filter)?;
-        gains.condition = learning(&mut gains, &posed, &known.effort_limit.map(|tau| tau / 4.0))?;
+        let slower = slow_down(&mut gains, &posed, known.velocity_filter)?;
+        holds_up(&choice.map(|[p, _]| p * slower), &posed, known.control_period)?;
+        gains.unit = units(&gains.pull.bandwidth, &posed, &known.effort_limit);
+        gains.condition = learning(&mut gains, &posed)?;
         Ok(Self { gains, weight, lowered })
     }
+}
+
+/// What rows are measured in: a quarter of the largest torque, or for a joint that is light for its
+/// torque what moves it by half a radian, so that 1 % of that is 5 mrad [N·m].
+fn units<const N: usize>(bandwidth: &[f64; N], posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
+    core::array::from_fn(|n| {
+        let least = posed.iter().fold(f64::INFINITY, |least, it| least.min(it.weight[(n, n)]));
+        (effort[n] / 4.0).min(MOVED * least * bandwidth[n] * bandwidth[n])
+    })
 }
 
 /// With what each joint brakes: a quarter of the torque that gravity leaves at these poses, on D
@@ -213,6 +230,18 @@ fn braking<const N: usize>(posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
         let inertia = posed.iter().fold(0.0, |most: f64, it| most.max(it.weight[(n, n)]));
         BRAKING * (effort[n] - held[n]).max(LEFT * effort[n]) / inertia
     })
+}
+
+/// Refuses a loop whose feedback is too slow for an arm that gravity pulls.
+fn holds_up<const N: usize>(bandwidth: &[f64; N], posed: &[Posed<N>], period: f64) -> Result<()> {
+    let slowest = bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
+    let pulled = posed.iter().any(|it| it.gravity.amax() > 0.0);
+    let wanted = "a faster loop, a shorter delay, or a lighter payload or narrower inertia_range to \
+                  reach over: feedback this slow lets an arm that gravity pulls swing about its path";
+    if pulled && slowest < HOLDS {
+        return Err(Error::out_of_range("loop_rate", 1.0 / period, wanted));
+    }
+    Ok(())
 }
 
 /// Refuses a joint that is too quick for its torque.
@@ -272,17 +301,19 @@ fn least_share<const N: usize>(n: usize, posed: &[Posed<N>]) -> f64 {
     posed.iter().fold(f64::INFINITY, |least, it| least.min(it.light[(n, n)] / it.weight[(n, n)]))
 }
 
-/// Lowers p until the loop is stable enough.
+/// Lowers p until the loop is stable enough; gives the factor.
 fn slow_down<const N: usize>(
     gains: &mut LearningGains<N>,
     posed: &[Posed<N>],
     velocity: f64,
-) -> Result<()> {
+) -> Result<f64> {
+    let mut slower = 1.0;
     for _ in 0..ROUNDS {
         if stable(gains, posed, velocity)? {
-            return Ok(());
+            return Ok(slower);
         }
         gains.pull.bandwidth.iter_mut().for_each(|p| *p *= SLOWER);
+        slower *= SLOWER;
     }
     let wanted = "a faster loop, a shorter delay or a narrower inertia_range: no gains keep the \
                   lightest and the heaviest arm stable";
@@ -307,18 +338,14 @@ fn stable<const N: usize>(
 }
 
 /// Chooses the filter of learning and c; gives the condition's value.
-fn learning<const N: usize>(
-    gains: &mut LearningGains<N>,
-    posed: &[Posed<N>],
-    unit: &[f64; N],
-) -> Result<f64> {
+fn learning<const N: usize>(gains: &mut LearningGains<N>, posed: &[Posed<N>]) -> Result<f64> {
     let slowest = gains.pull.bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
     gains.learning = LEARNING * slowest / TAU;
     for _ in 0..ROUNDS {
         let mut best = f64::INFINITY;
         for share in SHARES {
             let tried = LearningGains { acceleration_share: share, ..*gains };
-            let value = worst(&tried, posed, unit)?;
+            let value = worst(&tried, posed)?;
             if value < best {
                 (best, gains.acceleration_share) = (value, share);
             }
@@ -335,15 +362,11 @@ fn learning<const N: usize>(
     Err(Error::out_of_range("inertia_range", f64::NAN, wanted))
 }
 
-fn worst<const N: usize>(
-    gains: &LearningGains<N>,
-    posed: &[Posed<N>],
-    unit: &[f64; N],
-) -> Result<f64> {
+fn worst<const N: usize>(gains: &LearningGains<N>, posed: &[Posed<N>]) -> Result<f64> {
     let mut worst: f64 = 0.0;
     for it in posed {
         for mass in [&it.light, &it.heavy] {
-            worst = worst.max(condition::gain(gains, unit, &it.weight, mass)?);
+            worst = worst.max(condition::gain(gains, &it.weight, mass)?);
         }
     }
     Ok(worst)

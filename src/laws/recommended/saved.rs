@@ -34,7 +34,7 @@ where
     fn fingerprints(&self) -> [u64; 2] {
         let gains = &self.gains;
         let one = [gains.learning, gains.acceleration_share, gains.control_period];
-        let all = gains.cut_off.iter().chain(&one).copied();
+        let all = gains.cut_off.iter().chain(&gains.unit).chain(&one).copied();
         let update = fnv_of(gains.pull.fingerprint(), all.chain([gains.delay as f64]));
         [update, self.features.fingerprint()]
     }

@@ -213,6 +213,11 @@ fn what_the_rule_cannot_do_is_refused_by_name() {
     }
     let light = Circumstances { light_joints: true, effort_limit: [1e4; 2], ..base };
     assert!(Rule::new(&arm, &light).is_ok());
+    // A slow loop is accepted flat, and not where gravity pulls.
+    let slow = Circumstances { control_period: 0.02, ..base };
+    assert!(Rule::new(&arm, &slow).is_ok());
+    let error = Rule::new(&arm.with_gravity(9.81).unwrap(), &slow).unwrap_err().to_string();
+    assert!(error.starts_with("loop_rate: got 50"), "{error}");
 }
 
 /// Ten thousand seconds of rows, all of them in every period: P stays symmetric to the bit, no
@@ -222,7 +227,9 @@ fn a_million_rows_leave_the_covariance_positive() {
     let known =
         Circumstances { control_period: 0.02, effort_limit: [60.0; 2], ..circumstances(0.0) };
     let mut random = Random(5);
+    // Flat: under gravity a loop of 50 Hz is refused.
     let arm: Serial<2> = chains::chain(&mut random);
+    let arm = arm.with_gravity([0.0; 3]).unwrap();
     let known = Circumstances { light_joints: true, ..known };
     let it = recommended(&arm, &known, Learns::default());
     let mut state = State::new(it.compensator.state());
