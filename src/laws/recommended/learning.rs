@@ -3,7 +3,7 @@
 //!
 //! ```text
 //! ζ ← ζ + hp (v + D⁻¹(τ_a − τ_asked) − α)
-//! y = LP[τ_a − ID₀ + f₀(q̇_d) − f₀(q̇)] − c d/dt LP[Dė']    φ = LP[Φ]    one row of y = φθ a period
+//! y = LP[τ_a − ID₀ + f₀(q̇_d) − f₀(q̇)] − c d/dt LP[Dė']    φ = LP[Φ]    a row of y = φθ a period
 //! ```
 //!
 //! A row is left out while its joint rests, for friction at rest may be anything, and all are while

@@ -164,8 +164,8 @@ impl<const N: usize, A: Clone> Rule<N, A> {
     ///
     /// # Errors
     /// Naming what is out of range. `armature`: a joint is so light for its torque that the inertia
-    /// of its rotor must be missing. `loop_rate`: too slow for any gains, or for gravity. `inertia_range`: too wide
-    /// for any gains, or for what is learnt to converge.
+    /// of its rotor must be missing. `loop_rate`: too slow for any gains, or for gravity.
+    /// `inertia_range`: too wide for what is learnt to converge.
     pub fn new<const K: usize>(arm: &A, known: &Circumstances<N>) -> Result<Self>
     where
         A: Parametric<N, K>,
@@ -236,8 +236,8 @@ fn braking<const N: usize>(posed: &[Posed<N>], effort: &[f64; N]) -> [f64; N] {
 fn holds_up<const N: usize>(bandwidth: &[f64; N], posed: &[Posed<N>], period: f64) -> Result<()> {
     let slowest = bandwidth.iter().fold(f64::INFINITY, |least, p| least.min(*p));
     let pulled = posed.iter().any(|it| it.gravity.amax() > 0.0);
-    let wanted = "a faster loop, a shorter delay, or a lighter payload or narrower inertia_range to \
-                  reach over: feedback this slow lets an arm that gravity pulls swing about its path";
+    let wanted = "a faster loop, a shorter delay, or less payload or inertia_range to reach over: \
+                  feedback this slow lets an arm that gravity pulls swing";
     if pulled && slowest < HOLDS {
         return Err(Error::out_of_range("loop_rate", 1.0 / period, wanted));
     }
