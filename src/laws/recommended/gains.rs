@@ -1,10 +1,10 @@
-//! Gains of the recommended controller: what [`Rule`](super::Rule) chooses.
+//! Gains of the recommended controller: what its rule chooses.
 
 use super::pull::Pull;
 use crate::control::MAX_DELAY;
 use crate::error::{Result, at_most, positive};
 
-/// Gains of the recommended controller; [`Rule`](super::Rule) gives them.
+/// Gains of the recommended controller; with `std`, `Rule` gives them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearningGains<const N: usize> {
     /// p, at which the three poles of each joint are, and how far errors are brought back.
