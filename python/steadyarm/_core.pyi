@@ -49,6 +49,7 @@ __all__ = [
     "care",
     "channels",
     "choices",
+    "describe",
     "design",
     "desired_motion",
     "metrics",
