@@ -36,8 +36,7 @@ const QUICKEST: f64 = 5000.0;
 /// torque it leaves at the least.
 const BRAKING: f64 = 0.25;
 const LEFT: f64 = 0.1;
-/// The slowest p that the loop must allow where gravity pulls [rad/s]: arms swung at 4 and 7, and
-/// did not at 11.
+/// No p may be slower where gravity pulls [rad/s]: arms swung at 4 and 7, and did not at 11.
 const HOLDS: f64 = 8.0;
 /// What a row's unit moves a joint by, at the most \[rad\].
 const MOVED: f64 = 0.5;
@@ -186,7 +185,7 @@ impl<const N: usize, A: Clone> Rule<N, A> {
         if !known.light_joints {
             has_rotors(&posed, &known.effort_limit)?;
         }
-        let choice: [[f64; 2]; N] = core::array::from_fn(|n| quickest(n, &posed, known));
+        let choice = core::array::from_fn(|n| quickest(n, &posed, known));
         let mut gains = LearningGains {
             pull: Pull {
                 bandwidth: choice.map(|[p, _]| p),
@@ -205,8 +204,8 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             gains.pull.bandwidth[n] *= share;
             share < 1.0
         });
-        let slower = slow_down(&mut gains, &posed, known.velocity_filter)?;
-        holds_up(&choice.map(|[p, _]| p * slower), &posed, known.control_period)?;
+        slow_down(&mut gains, &posed, known.velocity_filter)?;
+        holds_up(&gains.pull.bandwidth, &posed, known.control_period)?;
         gains.unit = units(&gains.pull.bandwidth, &posed, &known.effort_limit);
         gains.condition = learning(&mut gains, &posed)?;
         Ok(Self { gains, weight, lowered })
@@ -301,19 +300,17 @@ fn least_share<const N: usize>(n: usize, posed: &[Posed<N>]) -> f64 {
     posed.iter().fold(f64::INFINITY, |least, it| least.min(it.light[(n, n)] / it.weight[(n, n)]))
 }
 
-/// Lowers p until the loop is stable enough; gives the factor.
+/// Lowers p until the loop is stable enough.
 fn slow_down<const N: usize>(
     gains: &mut LearningGains<N>,
     posed: &[Posed<N>],
     velocity: f64,
-) -> Result<f64> {
-    let mut slower = 1.0;
+) -> Result<()> {
     for _ in 0..ROUNDS {
         if stable(gains, posed, velocity)? {
-            return Ok(slower);
+            return Ok(());
         }
         gains.pull.bandwidth.iter_mut().for_each(|p| *p *= SLOWER);
-        slower *= SLOWER;
     }
     let wanted = "a faster loop, a shorter delay or a narrower inertia_range: no gains keep the \
                   lightest and the heaviest arm stable";
