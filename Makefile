@@ -81,6 +81,7 @@ bench: $(VENV)/wheel $(VENV)/peers
 	$(BIN)/python benches/results.py
 	$(BIN)/python benches/compare.py
 	$(BIN)/python benches/rivals.py
+	$(BIN)/python benches/recommended.py
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked --bench dynamics

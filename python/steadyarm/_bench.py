@@ -20,9 +20,10 @@ from ._options import (
     picture,
     record,
 )
+from ._sections import load_robot
 from ._streams import say
 from .attribution import attribution
-from .bench import Scenario, compare, load_robot, scenario_names
+from .bench import Scenario, compare, scenario_names
 from .comparison import Comparison, Row
 from .run import Run
 

@@ -1409,8 +1409,10 @@ def describe(controller: Controller) -> dict[str, _Array]:
     by name.
 
     Of the recommended controller: ``bandwidth`` [rad/s], ``braking`` [rad/s²], ``cut_off`` [Hz],
-    ``learning`` [Hz], ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m],
-    ``parameters`` (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,). Empty for others.
+    ``learning`` [Hz], ``acceleration_share``, ``quickness``, ``quickest`` [rad/s²], ``condition``,
+    ``friction_widths`` [rad/s], ``of_links`` (how many of the parameters are those of links),
+    ``weight`` [kg·m²], ``unit`` [N·m], ``parameters`` (m,), ``covariance`` (m, m) as a flat array,
+    ``prior`` (m,). Empty for others.
     """
 
 def paper_scenario(number: int, preset: str) -> str:

@@ -33,12 +33,12 @@ acted. Whatever integrates holds while the torque is limited.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TypedDict, Unpack
+from typing import Unpack
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core
+from ._law import Common, compensator_settings, made
 
 __all__ = [
     "adaptive_computed_torque",
@@ -60,19 +60,6 @@ __all__ = [
 ]
 
 
-class Common(TypedDict, total=False):
-    """Arguments of `Controller` beside its arm and law."""
-
-    effort_limit: ArrayLike | None
-    effort_rate_limit: ArrayLike | None
-    last_tau: ArrayLike | None
-    hand_over: float | None
-    velocity_filter: float | None
-    bumpless: float | None
-    delay: int | None
-    control_period: float | None
-
-
 def computed_torque(
     arm: _core.Arm,
     *,
@@ -88,7 +75,7 @@ def computed_torque(
     is the same law with more to look at: weights, P, `design`.
     """
     settings = None if compensator is None else compensator_settings(compensator)
-    return _made(
+    return made(
         "computed_torque", arm, common, bandwidth=bandwidth, kp=kp, kv=kv, compensator=settings
     )
 
@@ -107,7 +94,7 @@ def pd_gravity(
     D the mean of M₀'s diagonal over 24 poses. Take it where no mass matrix is known and motions
     are slow: it lags behind fast ones.
     """
-    return _made(
+    return made(
         "pd_gravity", arm, common, bandwidth=bandwidth, stiffness=stiffness, damping=damping
     )
 
@@ -129,7 +116,7 @@ def pid(
     with a disturbance observer.
     """
     gains = {"kp": kp, "kv": kv, "ki": ki}
-    return _made("pid", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
+    return made("pid", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
 
 
 def sliding_mode(
@@ -150,7 +137,7 @@ def sliding_mode(
     layer = gain/p. Take it where that is known and noise is low: it turns noise into torque.
     """
     gains = {"slope": slope, "gain": gain, "layer": layer, "linear": linear}
-    return _made("sliding_mode", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
+    return made("sliding_mode", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
 
 
 def robust(
@@ -174,7 +161,7 @@ def robust(
     bound/p. As `sliding_mode`, with a proof for all joints at once.
     """
     gains = {"kp": kp, "kv": kv, "q": q, "bound": bound, "layer": layer, "gamma": gamma}
-    return _made("robust", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
+    return made("robust", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
 
 
 def h_infinity(
@@ -194,7 +181,7 @@ def h_infinity(
     out. For ``r <= 2γ²`` there is a P for every q. ``bandwidth`` p: the rule of the law in Rust.
     """
     gains = {"kp": kp, "kv": kv, "q": q, "gamma": gamma, "r": r}
-    return _made("h_infinity", arm, common, bandwidth=bandwidth, **gains)
+    return made("h_infinity", arm, common, bandwidth=bandwidth, **gains)
 
 
 def super_twisting(
@@ -215,7 +202,7 @@ def super_twisting(
     after a change of mass.
     """
     gains = {"slope": slope, "k1": k1, "k2": k2}
-    return _made(
+    return made(
         "super_twisting", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty
     )
 
@@ -238,7 +225,7 @@ def rise(
     ks + 1 = 3p. Take it for smooth pushes without noise.
     """
     gains = {"alpha1": alpha1, "alpha2": alpha2, "ks": ks, "beta": beta}
-    return _made("rise", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
+    return made("rise", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
 
 
 def slotine_li(
@@ -262,7 +249,7 @@ def slotine_li(
     """
     gains = {"slope": slope, "damping": damping, "gain": gain}
     motion = {"speed": speed, "acceleration": acceleration}
-    return _made("slotine_li", arm, common, bandwidth=bandwidth, **gains, **motion)
+    return made("slotine_li", arm, common, bandwidth=bandwidth, **gains, **motion)
 
 
 def natural_slotine_li(
@@ -284,7 +271,7 @@ def natural_slotine_li(
     """
     gains = {"slope": slope, "damping": damping, "gain": gain}
     motion = {"speed": speed, "acceleration": acceleration}
-    return _made("natural_slotine_li", arm, common, bandwidth=bandwidth, **gains, **motion)
+    return made("natural_slotine_li", arm, common, bandwidth=bandwidth, **gains, **motion)
 
 
 def passive_fuzzy(
@@ -305,7 +292,7 @@ def passive_fuzzy(
     """
     settings = compensator_settings(compensator)
     gains = {"slope": slope, "damping": damping}
-    return _made("passive_fuzzy", arm, common, bandwidth=bandwidth, **gains, compensator=settings)
+    return made("passive_fuzzy", arm, common, bandwidth=bandwidth, **gains, compensator=settings)
 
 
 def rbf_network(
@@ -328,7 +315,7 @@ def rbf_network(
     """
     gains = {"kp": kp, "kv": kv, "q": q, "gain": gain}
     network = {"centers": [float(center) for center in centers], "width": width}
-    return _made("rbf_network", arm, common, bandwidth=bandwidth, **gains, **network)
+    return made("rbf_network", arm, common, bandwidth=bandwidth, **gains, **network)
 
 
 def adaptive_computed_torque(
@@ -352,7 +339,7 @@ def adaptive_computed_torque(
     """
     gains = {"kp": kp, "kv": kv, "q": q, "gain": gain, "cutoff": cutoff}
     motion = {"speed": speed, "acceleration": acceleration}
-    return _made("adaptive_computed_torque", arm, common, bandwidth=bandwidth, **gains, **motion)
+    return made("adaptive_computed_torque", arm, common, bandwidth=bandwidth, **gains, **motion)
 
 
 def time_delay(
@@ -372,7 +359,7 @@ def time_delay(
     it where only a rough inertia is known and velocities are quiet: it turns noise into torque.
     """
     gains = {"kp": kp, "kv": kv, "share": share}
-    return _made("time_delay", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
+    return made("time_delay", arm, common, bandwidth=bandwidth, **gains, uncertainty=uncertainty)
 
 
 def disturbance_observer(
@@ -390,7 +377,7 @@ def disturbance_observer(
     ``K_p = p²``, ``K_v = 2p``, gain = p D. A good first addition to computed torque.
     """
     gains = {"kp": kp, "kv": kv, "gain": gain}
-    return _made("disturbance_observer", arm, common, bandwidth=bandwidth, **gains)
+    return made("disturbance_observer", arm, common, bandwidth=bandwidth, **gains)
 
 
 def momentum_observer(
@@ -409,27 +396,4 @@ def momentum_observer(
     the smallest p. A good first addition to computed torque, and no acceleration is needed.
     """
     gains = {"kp": kp, "kv": kv, "pole": pole}
-    return _made("momentum_observer", arm, common, bandwidth=bandwidth, **gains)
-
-
-def compensator_settings(compensator: _core.FuzzyCompensator) -> dict[str, Any]:
-    """The arguments of a compensator by name, with those of its basis, as a scenario has them."""
-    from ._scene import arguments
-
-    settings = arguments(compensator)
-    basis = arguments(compensator.basis)
-    settings["basis"] = {name: value for name, value in basis.items() if value is not None}
-    return {name: value for name, value in settings.items() if value is not None}
-
-
-def _made(name: str, arm: _core.Arm, common: Common, **settings: Any) -> _core.Controller:
-    """The controller of that law, with the settings that were given."""
-    given = {key: _plain(value) for key, value in settings.items() if value is not None}
-    return _core.Controller(arm, {"law": name, **given}, **common)
-
-
-def _plain(value: Any) -> Any:
-    """An array as a list."""
-    if isinstance(value, str | Mapping):
-        return value
-    return np.asarray(value, dtype=float).tolist()
+    return made("momentum_observer", arm, common, bandwidth=bandwidth, **gains)

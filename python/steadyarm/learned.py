@@ -12,9 +12,6 @@ from . import _core
 
 Array = NDArray[np.float64]
 
-WIDTHS = (0.005, 0.05, 0.5)
-"""Of the steps of friction [rad/s], as the controller has them."""
-
 LOAD = 10
 """Inertial parameters of a body."""
 
@@ -22,7 +19,7 @@ SLOW, FAST = 0.1, 1.0
 """Velocities at which friction is shown [rad/s]."""
 
 SURE, DOUBTFUL = 0.5, 0.7
-"""Up to here learning surely converges; from there on the proof says nothing."""
+"""Of the condition: from here on it is said, and from there on the argument for it ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +36,11 @@ class Learned:
     cut_off: Array
     """Of the second velocity filter [Hz], (n,)."""
     condition: float
-    """How near learning is to not converging, at the worst pose: sure below 0.7."""
+    """How near learning is to not converging, at the worst pose; the argument ends at 0.7."""
+    quickness: Array
+    """What the largest torque gives each joint at most [rad/s²], (n,)."""
+    quickest: float
+    """From here on a joint seems to lack its rotor [rad/s²]."""
     payload: float | None
     """Mass at the last link beyond what is believed [kg]; None for an arm of lumped parameters."""
     payload_deviation: float | None
@@ -53,6 +54,8 @@ class Learned:
     """P, (m, m)."""
     own: int
     """Columns of each joint of its own, the last of all parameters."""
+    widths: Array
+    """Of the steps of friction [rad/s]."""
 
     def friction(self, velocity: ArrayLike) -> tuple[Array, Array]:
         """The friction that was learnt at a velocity [rad/s], scalar or (n,), beyond what is
@@ -61,7 +64,7 @@ class Learned:
         speeds = np.broadcast_to(np.asarray(velocity, dtype=float), (joints,))
         torque, deviation = np.empty((2, joints))
         for n, v in enumerate(speeds):
-            row = np.array([*(np.tanh(v / width) for width in WIDTHS), v])
+            row = np.array([*(np.tanh(v / width) for width in self.widths), v])
             first = len(self.parameters) - (joints - n) * self.own
             at = slice(first, first + len(row))
             torque[n] = row @ self.parameters[at]
@@ -78,6 +81,11 @@ class Learned:
             )
             said.append(
                 f"learning: condition {self.condition:.2g}, {doubt}; declare a narrower load"
+            )
+        for joint in np.flatnonzero(self.quickness > self.quickest):
+            said.append(
+                f"joint {joint} is light for its torque ({self.quickness[joint]:.2g} rad/s²): the "
+                "arm will shake if it has a rotor that the model lacks"
             )
         if self.payload is not None:
             said.append(f"load at the tip: {self.payload:.4g} ± {self.payload_deviation:.2g} kg")
@@ -106,19 +114,28 @@ def learned(controller: _core.Controller) -> Learned:
     theta = told["parameters"]
     covariance = told["covariance"].reshape(len(theta), len(theta))
     joints = len(told["bandwidth"])
-    bodies = isinstance(controller.arm, _core.Serial)
-    inertial = LOAD * joints if bodies else 5
-    own = (len(theta) - inertial) // joints
+    of_links = int(told["of_links"][0])
+    own = (len(theta) - of_links) // joints
     mass = deviation = com = None
-    if bodies:
-        load, spread = _load(theta, covariance, told["prior"], inertial)
+    if of_links:
+        load, spread = _load(theta, covariance, told["prior"], of_links)
         mass, deviation = float(load[0]), float(np.sqrt(max(spread[0, 0], 0.0)))
         if abs(mass) > 3.0 * deviation:
             com = load[1:4] / mass
     return Learned(
-        told["bandwidth"], told["cut_off"], float(told["condition"][0]), mass, deviation, com,
-        theta, covariance, own,
-    )  # fmt: skip
+        bandwidth=told["bandwidth"],
+        cut_off=told["cut_off"],
+        condition=float(told["condition"][0]),
+        quickness=told["quickness"],
+        quickest=float(told["quickest"][0]),
+        payload=mass,
+        payload_deviation=deviation,
+        payload_com=com,
+        parameters=theta,
+        covariance=covariance,
+        own=own,
+        widths=told["friction_widths"],
+    )
 
 
 def _load(theta: Array, covariance: Array, prior: Array, inertial: int) -> tuple[Array, Array]:

@@ -89,6 +89,8 @@ def recommended(
     """
     if learns not in ("links", "payload"):
         raise ValueError(f'learns: got {learns!r}, wants "links" or "payload"')
+    if learns == "payload" and isinstance(arm, _core.TwoLink):
+        raise ValueError(f'learns: got {learns!r}, wants "links" of a TwoLink: it has no bodies')
     for name, flag in (("light_joints", light_joints), ("residual", residual)):
         if not isinstance(flag, bool | None):
             raise TypeError(f"{name}: got {flag!r}, wants True or False")

@@ -11,6 +11,9 @@ pub type Regressor<const N: usize, const K: usize> = nalgebra::SMatrix<f64, N, K
 
 /// An arm of `N` joints whose rigid dynamics are linear in `K` parameters.
 pub trait Parametric<const N: usize, const K: usize>: Arm<N> {
+    /// Whether the parameters are those of the links, ten each, and not lumped.
+    const BODIES: bool = K == 10 * N;
+
     /// Y(q, q̇, q̇_r, q̈_r).
     fn slotine_li_regressor(
         &self,

@@ -12,8 +12,10 @@ use super::tracked::Trackers;
 /// name.
 ///
 /// Of the recommended controller: ``bandwidth`` [rad/s], ``braking`` [rad/s²], ``cut_off`` [Hz],
-/// ``learning`` [Hz], ``acceleration_share``, ``condition``, ``weight`` [kg·m²], ``unit`` [N·m],
-/// ``parameters`` (m,), ``covariance`` (m, m) as a flat array, ``prior`` (m,). Empty for others.
+/// ``learning`` [Hz], ``acceleration_share``, ``quickness``, ``quickest`` [rad/s²], ``condition``,
+/// ``friction_widths`` [rad/s], ``of_links`` (how many of the parameters are those of links),
+/// ``weight`` [kg·m²], ``unit`` [N·m], ``parameters`` (m,), ``covariance`` (m, m) as a flat array,
+/// ``prior`` (m,). Empty for others.
 #[pyfunction]
 pub(super) fn describe<'py>(
     py: Python<'py>,

@@ -2,8 +2,8 @@
 //! compiled.
 //!
 //! A Python class holds an `enum` with a variant a count, made by [`by_joints`]; [`each`] calls
-//! what is inside. What an arm or a compensator of `N` joints may be is told apart at run time too, by
-//! the enums `AnyArm<N>` and `AnyCompensator<N>`: the loops of the core are then compiled once a
+//! what is inside. What an arm or a compensator of `N` joints may be is told apart at run time too,
+//! by the enums `AnyArm<N>` and `AnyCompensator<N>`: the loops of the core are then compiled once a
 //! count, and not once a combination.
 
 use core::any::Any;

@@ -180,8 +180,8 @@ impl PyFuzzyCompensator {
             projection_radius=None, dead_zone=None, normalization=None, dictionary=None,
             merge_tolerance=None),
         text_signature = "(basis, q=10.0, gain=1.0, gamma=1.0, leak_rate=0.0, \
-            error_modification=0.0, projection_radius=None, dead_zone=0.0, normalization=0.0, dictionary=None, \
-            merge_tolerance=0.05)"
+            error_modification=0.0, projection_radius=None, dead_zone=0.0, normalization=0.0, \
+            dictionary=None, merge_tolerance=0.05)"
     )]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments of a Python class")]
     fn new(

@@ -155,18 +155,27 @@ def test_a_rejected_sample_changes_nothing() -> None:
     assert it.__getstate__() == before
 
 
-def test_a_guard_stands_around_it() -> None:
-    guard = sa.Guard(sa.recommended(panda()), control_period=1e-3)
-    q, dq, ddq = motion(0.0)
-    tau = guard.step(q, np.zeros(7), q, dq, ddq)
-    assert np.isfinite(tau).all()
+def test_a_guard_stands_around_it_and_changes_no_torque_while_all_is_well() -> None:
+    effort = np.asarray(panda().limits["effort"])
+    guard = sa.Guard(sa.recommended(panda()), control_period=1e-3, effort_limit=effort)
+    alone = sa.recommended(panda())
+    for k in range(50):
+        q, dq, ddq = motion(1e-3 * k)
+        tau = guard.step(q, dq, q, dq, ddq)
+        assert np.array_equal(tau, alone.step(q, dq, q, dq, ddq, 1e-3))
+    # Seen no more: it answers all the same, within the limits.
+    for _ in range(100):
+        tau = guard.step(np.full(7, np.nan), dq, q, dq, ddq)
+        assert (np.abs(tau) <= effort).all()
 
 
 def test_a_rotor_that_is_missing_is_asked_for_before_the_start() -> None:
     ur5e = sa.Serial.shipped("ur5e").with_armature(0.0)
     with pytest.raises(ValueError, match=r"armature\[4\].*rotor.*light_joints"):
         sa.recommended(ur5e)
-    assert sa.recommended(ur5e, light_joints=True).learns
+    said = str(sa.learned(sa.recommended(ur5e, light_joints=True)))
+    assert "joint 5 is light for its torque" in said
+    assert "joint 0" not in said
     assert sa.recommended(ur5e.with_armature(0.05)).learns
 
 
@@ -200,8 +209,13 @@ def test_what_it_cannot_do_is_said_by_the_name_of_the_argument(
 
 
 def test_an_arm_without_limits_wants_one() -> None:
-    with pytest.raises(ValueError, match="effort_limit"):
+    with pytest.raises(ValueError, match=r"effort_limit\[0\]: got inf, wants the largest torque"):
         sa.recommended(sa.paper.nominal())
+
+
+def test_a_two_link_arm_has_no_load_of_its_own() -> None:
+    with pytest.raises(ValueError, match="learns: got 'payload', wants \"links\" of a TwoLink"):
+        sa.recommended(sa.paper.nominal(), effort_limit=25.0, learns="payload")
 
 
 def test_a_path_that_needs_too_much_torque_is_refused() -> None:
@@ -223,13 +237,12 @@ def test_the_papers_simulation_is_run_with_it_by_name() -> None:
 
 
 def test_why_its_error_is_what_it_is_can_be_asked() -> None:
-    run = sa.paper.simulation(3, preset="recommended", duration=4.0).run()
-    found = sa.attribution(run)
-    # The plant has twice the inertia, and is pushed: most of what its model lacks.
-    assert "inertia" in str(found)
-    whole = np.sum([part for name, part in found.torque.items() if name != "rest"], axis=0)
-    assert np.isfinite(whole).all()
-    assert np.abs(found.torque["rest"]).max() < 1e-9
+    run = sa.paper.simulation(3, preset="recommended", duration=8.0).run()
+    shares = sa.attribution(run, window=(4, 8)).torque_shares
+    # The plant has twice the inertia and is pushed; there is no more that the model lacks.
+    assert (shares["inertia"] > 0.8).all()
+    assert (shares["disturbance"] > 0.05).all()
+    assert np.allclose(shares["inertia"] + shares["disturbance"] + shares["coriolis"], 1, atol=1e-3)
 
 
 @pytest.mark.parametrize("kind", ["recommended", "computed_torque"])

@@ -1,8 +1,8 @@
 //! What [`LearnedTorque`] gives for a sample, and how it speaks as a compensator:
 //! `ρ̂ = −D⁻¹Φθ − α − 2p(ė − ė')`.
 
-use super::features::{FRICTION, friction};
-use super::gains::LearningGains;
+use super::features::{FRICTION, WIDTHS, friction};
+use super::gains::{LearningGains, QUICKEST};
 use super::learned_torque::LearnedTorque;
 use super::learning::{FAR, filter};
 use super::memory::{Decided, LearnedTorqueState, Now, Parts};
@@ -125,14 +125,17 @@ where
         state: &LearnedTorqueState<N, B>,
         put: &mut dyn FnMut(&'static str, &[f64]),
     ) {
-        let LearningGains { pull, cut_off, learning, acceleration_share, condition, .. } =
-            &self.gains;
+        let LearningGains { pull, cut_off, learning, acceleration_share, .. } = &self.gains;
         put("bandwidth", &pull.bandwidth);
         put("braking", &pull.braking);
         put("cut_off", cut_off);
         put("learning", &[*learning]);
         put("acceleration_share", &[*acceleration_share]);
-        put("condition", &[*condition]);
+        put("quickness", &self.gains.quickness);
+        put("quickest", &[QUICKEST]);
+        put("condition", &[self.gains.condition]);
+        put("friction_widths", &WIDTHS);
+        put("of_links", &[if A::BODIES { K as f64 } else { 0.0 }]);
         put("weight", state.now.weight.diagonal().as_slice());
         put("unit", &self.gains.unit);
         let [theta, p, _] = self.kept(state.memory.as_slice());

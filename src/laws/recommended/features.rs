@@ -15,7 +15,7 @@ use crate::fuzzy::FuzzyBasis;
 use crate::math::{FNV_START, Vector, fnv_of, tanh};
 
 /// Widths of the steps of friction [rad/s].
-const WIDTHS: [f64; 3] = [0.005, 0.05, 0.5];
+pub(super) const WIDTHS: [f64; 3] = [0.005, 0.05, 0.5];
 /// Columns of friction of a joint.
 pub(super) const FRICTION: usize = WIDTHS.len() + 1;
 /// Share of the largest torque of a joint that each column of its own may be, before it is learnt.
@@ -61,7 +61,12 @@ impl<const N: usize, const K: usize> Features<N, K> {
         if payload {
             first = [first[N - 1]; N];
         }
-        Self { first, prior: inertial_prior(&arm.inertial_parameters()), scale, residual }
+        Self {
+            first,
+            prior: inertial_prior(&arm.inertial_parameters(), A::BODIES),
+            scale,
+            residual,
+        }
     }
 
     /// Columns of the residual of a joint.
@@ -151,9 +156,9 @@ pub(super) fn friction(velocity: f64) -> [f64; FRICTION] {
 }
 
 /// Of the bodies of a chain, ten parameters each; of lumped parameters, as much as they are.
-fn inertial_prior<const K: usize>(parameters: &Vector<K>) -> Vector<K> {
+fn inertial_prior<const K: usize>(parameters: &Vector<K>, bodies: bool) -> Vector<K> {
     Vector::from_fn(|k, _| {
-        let spread = if K.is_multiple_of(10) {
+        let spread = if bodies {
             let (mass, place) = (parameters[k - k % 10], k % 10);
             mass * [1.0, REACH, REACH * REACH][usize::from(place > 0) + usize::from(place > 3)]
         } else {

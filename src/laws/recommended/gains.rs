@@ -4,6 +4,9 @@ use super::pull::Pull;
 use crate::control::MAX_DELAY;
 use crate::error::{Result, at_most, positive};
 
+/// A joint that is quicker at its largest torque seems to lack its rotor [rad/s²].
+pub(super) const QUICKEST: f64 = 5000.0;
+
 /// Gains of the recommended controller; with `std`, `Rule` gives them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LearningGains<const N: usize> {
@@ -21,6 +24,9 @@ pub struct LearningGains<const N: usize> {
     pub control_period: f64,
     /// At most [`MAX_DELAY`].
     pub delay: usize,
+    /// What the largest torque gives each joint at most, as the rule found it [rad/s²]: far more
+    /// than 5000 where the model lacks a rotor. NaN for gains of one's own.
+    pub quickness: [f64; N],
     /// |Δ (I − Δ)⁻¹| at its largest, as the rule found it: what is learnt converges for sure below
     /// 0.7. NaN for gains of one's own.
     pub condition: f64,

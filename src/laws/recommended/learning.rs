@@ -33,6 +33,7 @@ const ASTRAY: f64 = 0.02;
 /// if it rested less than this share of what the filter sees.
 const REST: f64 = 0.02;
 const RESTED: f64 = 0.3;
+
 impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A> {
     /// Where the columns of period `k` are.
     pub(super) fn turn(&self, k: u64) -> usize {

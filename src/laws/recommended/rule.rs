@@ -11,7 +11,7 @@
 
 use core::f64::consts::TAU;
 
-use super::gains::LearningGains;
+use super::gains::{LearningGains, QUICKEST};
 use super::learning::filter;
 use super::pull::Pull;
 use super::{condition, frozen_loop};
@@ -30,8 +30,6 @@ const CUT_OFFS: [f64; 2] = [20.0, 2000.0];
 const TRIED: usize = 61;
 /// Share of a joint's largest torque that its noise may be.
 const NOISE: f64 = 0.005;
-/// A joint without rotor may be this quick at its largest torque [rad/s²].
-const QUICKEST: f64 = 5000.0;
 /// Share of the torque that gravity leaves, with which a joint brakes; and what of its largest
 /// torque it leaves at the least.
 const BRAKING: f64 = 0.25;
@@ -52,8 +50,6 @@ const SHARES: [f64; 4] = [1.0, 1.25, 1.5, 2.0];
 /// The condition of learning: wanted, and the most that is accepted.
 const SURE: f64 = 0.5;
 const MOST: f64 = 1.0;
-/// Samples of the noise's way through the filters.
-const SETTLED: usize = 4000;
 
 /// What the rule is told.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,8 +118,6 @@ pub struct Rule<const N: usize, A> {
     pub gains: LearningGains<N>,
     /// The arm whose mass matrix is D.
     pub weight: A,
-    /// The joints whose p the range of the arm has lowered.
-    pub lowered: [bool; N],
 }
 
 /// Gravity and mass matrices at a pose.
@@ -182,8 +176,9 @@ impl<const N: usize, A: Clone> Rule<N, A> {
                 heavy: heavy.mass_matrix(&q),
             })
             .collect();
+        let quickness = core::array::from_fn(|n| known.effort_limit[n] / least_light(n, &posed));
         if !known.light_joints {
-            has_rotors(&posed, &known.effort_limit)?;
+            has_rotors(&quickness)?;
         }
         let choice = core::array::from_fn(|n| quickest(n, &posed, known));
         let mut gains = LearningGains {
@@ -197,18 +192,17 @@ impl<const N: usize, A: Clone> Rule<N, A> {
             unit: [0.0; N],
             control_period: known.control_period,
             delay: known.delay,
+            quickness,
             condition: f64::NAN,
         };
-        let lowered = core::array::from_fn(|n| {
-            let share = (2.0 * least_share(n, &posed)).min(1.0);
-            gains.pull.bandwidth[n] *= share;
-            share < 1.0
-        });
+        for (n, p) in gains.pull.bandwidth.iter_mut().enumerate() {
+            *p *= (2.0 * least_share(n, &posed)).min(1.0);
+        }
         slow_down(&mut gains, &posed, known.velocity_filter)?;
         holds_up(&gains.pull.bandwidth, &posed, known.control_period)?;
         gains.unit = units(&gains.pull.bandwidth, &posed, &known.effort_limit);
         gains.condition = learning(&mut gains, &posed)?;
-        Ok(Self { gains, weight, lowered })
+        Ok(Self { gains, weight })
     }
 }
 
@@ -243,19 +237,18 @@ fn holds_up<const N: usize>(bandwidth: &[f64; N], posed: &[Posed<N>], period: f6
     Ok(())
 }
 
-/// Refuses a joint that is too quick for its torque.
-fn has_rotors<const N: usize>(posed: &[Posed<N>], effort: &[f64; N]) -> Result<()> {
-    for (n, effort) in effort.iter().enumerate() {
-        let least = posed.iter().fold(f64::INFINITY, |least, it| least.min(it.light[(n, n)]));
-        if effort / least > QUICKEST {
-            let wanted = "a joint of at least effort_limit/5000 kg·m²: the inertia of its rotor is \
-                          missing in this model, and with such a model the arm would shake; give \
-                          the joint's armature (gear ratio squared times the rotor's inertia), or \
-                          light_joints = true where there is no rotor";
-            return Err(Error::out_of_range("armature", least, wanted).at(n));
-        }
-    }
-    Ok(())
+/// Refuses a joint that is too quick at its largest torque.
+fn has_rotors<const N: usize>(quickness: &[f64; N]) -> Result<()> {
+    let wanted = "a joint that its effort_limit accelerates by at most 5000 rad/s², the number here: \
+                  its rotor's inertia is missing in this model, and with such a model the arm would \
+                  shake; give its armature (gear ratio squared times the rotor's inertia), or say \
+                  light_joints where there is no rotor";
+    within("armature", quickness, |quick| quick <= QUICKEST, wanted)
+}
+
+/// The least inertia of joint `n`, of the lightest arm.
+fn least_light<const N: usize>(n: usize, posed: &[Posed<N>]) -> f64 {
+    posed.iter().fold(f64::INFINITY, |least, it| least.min(it.light[(n, n)]))
 }
 
 /// p of joint `n` and the cut-off of its filter \[Hz\]: the fastest that is quiet, or else the
@@ -281,18 +274,13 @@ fn quickest<const N: usize>(n: usize, posed: &[Posed<N>], known: &Circumstances<
     all.max_by(|one, other| one[0].total_cmp(&other[0])).unwrap_or(choice(0))
 }
 
-/// Standard deviation of the filtered velocity, of positions with noise of 1 [1/s].
+/// Standard deviation of the filtered velocity, of positions with white noise of 1 [1/s]: through a
+/// difference and two filters with the shares a and b, `√(2a²b²/((1 − (1−a)(1−b))(2−a)(2−b)))/h`.
 fn velocity_noise<const N: usize>(known: &Circumstances<N>, cut_off: f64) -> f64 {
     let h = known.control_period;
-    let [first, second] = [filter(known.velocity_filter, h), filter(cut_off, h)];
-    let (mut once, mut twice, mut sum) = (0.0, 0.0, 0.0);
-    for k in 0..SETTLED {
-        let difference = [1.0, -1.0].get(k).copied().unwrap_or(0.0) / h;
-        once += first * (difference - once);
-        twice += second * (once - twice);
-        sum += twice * twice;
-    }
-    sqrt(sum)
+    let [a, b] = [filter(known.velocity_filter, h), filter(cut_off, h)];
+    let apart = (1.0 - (1.0 - a) * (1.0 - b)) * (2.0 - a) * (2.0 - b);
+    a * b * sqrt(2.0 / apart) / h
 }
 
 /// The least of M/D of joint `n`, of the lightest arm.

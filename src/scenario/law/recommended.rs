@@ -37,6 +37,11 @@ impl<const N: usize> Uses<N> for Recommended<'_, N> {
     where
         A: Parametric<N, K> + Clone + Send + Sync + 'static,
     {
+        if self.settings.payload_only && !A::BODIES {
+            let wanted =
+                "no choice: a two-link arm has lumped parameters, of which a load is a part";
+            return Err(Error::out_of_range("payload_only", 1.0, wanted));
+        }
         let known = self.circumstances(arm)?;
         let rule = Rule::new(arm, &known)?;
         let residual = self.settings.residual.as_ref();
@@ -95,7 +100,9 @@ impl<const N: usize> Recommended<'_, N> {
             let said: Option<[f64; N]> = said;
             *limit = said.map_or(*limit, |said| said[n].min(*limit)).min(of_arm);
             if !limit.is_finite() {
-                return Err(Error::missing("effort_limit").at(n));
+                let wanted =
+                    "the largest torque of the joint [N·m]: neither controller nor arm says it";
+                return Err(Error::out_of_range("effort_limit", *limit, wanted).at(n));
             }
         }
         Ok(all)
@@ -107,9 +114,6 @@ fn each<const N: usize>(range: &[[f64; 2]]) -> Result<[[f64; 2]; N]> {
 }
 
 /// Of all links \[kg\]; 0 of an arm of lumped parameters.
-fn mass<const N: usize, const K: usize>(arm: &impl Parametric<N, K>) -> f64 {
-    if K != 10 * N {
-        return 0.0;
-    }
-    arm.inertial_parameters().iter().step_by(10).sum()
+fn mass<const N: usize, const K: usize, A: Parametric<N, K>>(arm: &A) -> f64 {
+    if A::BODIES { arm.inertial_parameters().iter().step_by(10).sum() } else { 0.0 }
 }

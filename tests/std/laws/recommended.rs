@@ -184,7 +184,6 @@ fn gains_follow_from_the_rule_as_in_another_program() {
     let q = Vector::from([0.3, 0.8]);
     let ratio = rule.weight.mass_matrix(&q).component_div(&arm.mass_matrix(&q));
     assert!(ratio.iter().all(|x| (x - 1.75).abs() < 1e-12), "{ratio}");
-    assert_eq!(rule.lowered, [true; 2]);
     let one = Circumstances { inertia_range: [1.0, 4.0], ..wide };
     let share =
         rule.gains.pull.bandwidth[1] / Rule::new(&arm, &one).unwrap().gains.pull.bandwidth[1];
