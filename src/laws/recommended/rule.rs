@@ -239,10 +239,10 @@ fn holds_up<const N: usize>(bandwidth: &[f64; N], posed: &[Posed<N>], period: f6
 
 /// Refuses a joint that is too quick at its largest torque.
 fn has_rotors<const N: usize>(quickness: &[f64; N]) -> Result<()> {
-    let wanted = "a joint that its effort_limit accelerates by at most 5000 rad/s², the number here: \
-                  its rotor's inertia is missing in this model, and with such a model the arm would \
-                  shake; give its armature (gear ratio squared times the rotor's inertia), or say \
-                  light_joints where there is no rotor";
+    let wanted = "a joint that its effort_limit accelerates by at most 5000 rad/s² (the number \
+                  here): its rotor's inertia is missing in this model, and with such a model the \
+                  arm would shake; give its armature (gear ratio squared times the rotor's \
+                  inertia), or say light_joints where there is no rotor";
     within("armature", quickness, |quick| quick <= QUICKEST, wanted)
 }
 
