@@ -18,7 +18,7 @@ knows by now. `plots` and `animation` are imported when they are first used.
 from importlib import import_module as _import_module
 from typing import TYPE_CHECKING as _TYPE_CHECKING
 
-from . import laws, paper
+from . import _extras, laws, paper
 from ._core import (
     Arm,
     ComputedTorque,
@@ -127,7 +127,10 @@ __all__ = [
 
 def __getattr__(name: str) -> "ModuleType":
     if name in _DRAWING:
-        return _import_module(f"{__name__}.{name}")
+        try:
+            return _import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            raise _extras.missing(error, f"sa.{name}") from error
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from . import paper
+from ._extras import imported
 from ._files import check
 from .scenario import Scene
 
@@ -94,7 +95,9 @@ def names(text: str) -> str | list[str]:
 
 def picture(text: str) -> Path:
     """A picture file."""
-    return _file(text, PICTURES)
+    path = _file(text, PICTURES)
+    imported("matplotlib", "pictures")
+    return path
 
 
 def add_scenario(group: argparse._ArgumentGroup) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from ._extras import imported
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
@@ -43,12 +44,3 @@ def to_xarray(run: Run) -> xarray.Dataset:
         variables[name] = (("t", "joint")[: array.ndim], array, words)
     coordinates = {"t": variables.pop("t"), "joint": ("joint", run.joint_names)}
     return xarray.Dataset(variables, coordinates, {"status": str(run.status)})
-
-
-def imported(package: str, method: str) -> Any:
-    """The package; an ImportError that says what to install, where it is not there."""
-    try:
-        return import_module(package)
-    except ImportError as error:
-        message = f"{method}: needs {package}; pip install {package} ({error})"
-        raise ImportError(message, name=package) from error

@@ -14,9 +14,9 @@ from matplotlib import rc_context
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
-from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
 
 from . import _files
+from ._progress import Progress
 from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
 from .run import Run
 
@@ -51,10 +51,12 @@ def save_animation(
     film = _Film(run, points, _frames(run, speed, fps))
 
     def write(part: Path) -> None:
-        with _shooting(writer, film.picture, part):
-            for frame in tqdm(range(len(film.frames)), desc=path.name, disable=not progress):
+        bar = Progress(len(film.frames), "frames", shown=progress)
+        with _shooting(writer, film.picture, part), bar:
+            for frame in range(len(film.frames)):
                 film.draw(frame)
                 writer.grab_frame()
+                bar.to(frame + 1)
 
     _files.replace(path, write)
     return path

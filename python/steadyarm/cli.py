@@ -9,14 +9,16 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import __version__, _files, _streams, paper, reproduction
 from ._bench import add_compare, add_run
 from ._design import add_design
+from ._extras import Missing
 from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
+from ._progress import Progress
 from ._simulate import add_simulate
 from ._streams import say, tell
 from .bench import LIBRARY, scenario_names
@@ -80,6 +82,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return tell(f"cannot write {file}: {error.strerror or error}", FAILED)
     except Refused as error:
         return tell(str(error), USAGE)
+    except Missing as error:
+        return tell(str(error), FAILED)
     except KeyboardInterrupt as error:
         return tell(f"stopped; {str(error) or 'nothing was written'}", STOPPED)
     return code
@@ -219,10 +223,11 @@ def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
         tell(f"running {len(cases)} simulations of 40 s")
         yield from cases
         return
-    from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
-
-    bar: Iterable[reproduction.Case] = tqdm(cases, unit="run", leave=False, file=sys.stderr)
-    yield from bar
+    with Progress(len(cases), "runs") as bar:
+        for number, case in enumerate(cases):
+            bar.to(number)
+            yield case
+        bar.to(len(cases))
 
 
 # scenario

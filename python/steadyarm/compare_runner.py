@@ -8,10 +8,10 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterable
-from contextlib import nullcontext, suppress
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
+from ._progress import Progress
 from ._stopping import stopped_by
 from .comparison import Row
 
@@ -77,12 +77,11 @@ def run_all(
         progress = sys.stderr.isatty()
     pool = _Pool(jobs)
     try:
-        with _bar(len(jobs)) if progress else nullcontext() as bar:
+        with Progress(len(jobs), "runs", shown=progress) as bar:
             pool.start(min(workers, len(jobs)))
             while pool.left:
-                came = pool.take()
-                if bar is not None:
-                    bar.update(came)
+                pool.take()
+                bar.to(len(jobs) - pool.left)
     except KeyboardInterrupt:
         pool.stop.set()
         pool.settle()
@@ -92,13 +91,6 @@ def run_all(
         row or job.failed("interrupted", AMID if begun else BEFORE)
         for row, job, begun in zip(pool.rows, jobs, pool.begun, strict=True)
     ]
-
-
-def _bar(jobs: int) -> Any:
-    """A bar on standard error; tqdm is imported where one is wanted alone."""
-    from tqdm import tqdm  # type: ignore[import-untyped, unused-ignore]
-
-    return tqdm(total=jobs, unit="run", file=sys.stderr)
 
 
 class _Pool:
@@ -131,14 +123,11 @@ class _Pool:
             self.rows[index] = _computed(self._jobs[index], self.stop)
             self._done.put(None)
 
-    def take(self) -> int:
-        """Wait for a row, but not for long; return how many came."""
-        try:
+    def take(self) -> None:
+        """Wait for a row, but not for long."""
+        with suppress(queue.Empty):
             self._done.get(timeout=WAIT)
-        except queue.Empty:
-            return 0
-        self.left -= 1
-        return 1
+            self.left -= 1
 
     def settle(self) -> None:
         """Wait for jobs that end soon. A second Ctrl-C ends the waiting."""

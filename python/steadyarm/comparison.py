@@ -305,7 +305,7 @@ class Comparison:
 
     def to_pandas(self) -> pandas.DataFrame:
         """A table with a row for every row, columns as those of `to_csv`. Needs pandas."""
-        from ._tables import imported
+        from ._extras import imported
 
         names, lines = self.columns()
         frame = imported("pandas", "to_pandas").DataFrame(lines, columns=names)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, _scene, _stopping
+from ._progress import Progress
 from .run import Run
 
 Reference = _core.Curve | Callable[[float], tuple[ArrayLike, ArrayLike, ArrayLike]]
@@ -99,12 +100,9 @@ def simulate(
     numerics = (control_period, q0, dq0, rtol, atol, record_every)
     run_of = functools.partial(_core.simulate, *arguments, *numerics, record, effects)
     if progress:
-        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
-
-        bar_format = "{l_bar}{bar}| {n:.1f}/{total:.1f} s [{elapsed}<{remaining}]"
-        with tqdm(total=float(duration), bar_format=bar_format) as bar:
-            columns, raised = run_of(lambda t: bar.update(t - bar.n))
-            bar.update(columns["status"][1] - bar.n)
+        with Progress(float(duration), "s") as bar:
+            columns, raised = run_of(bar.to)
+            bar.to(columns["status"][1])
     else:
         columns, raised = run_of(_stopping.poll())
     options = (duration, dt, method, *numerics, record, effects)

@@ -39,9 +39,8 @@ def legends(figure):
     return [text.get_text() for box in boxes if box for text in box.get_texts()]
 
 
-def test_importing_the_package_does_not_import_matplotlib_or_tqdm():
-    heavy = "{'matplotlib', 'tqdm'} & set(sys.modules)"
-    script = f"import sys, steadyarm, steadyarm.cli; sys.exit(str({heavy}) if {heavy} else 0)"
+def test_importing_the_package_does_not_import_matplotlib():
+    script = "import sys, steadyarm, steadyarm.cli; sys.exit('matplotlib' in sys.modules)"
     subprocess.run([sys.executable, "-c", script], check=True)
 
 
