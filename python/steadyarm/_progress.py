@@ -54,7 +54,7 @@ class Progress:
         bar = ("█" * round(WIDTH * share)).ljust(WIDTH, "·")
         gone = time.monotonic() - self._start
         left = f", {_clock(gone * (1 / share - 1))} left" if 0 < share < 1 else ""
-        amount = f"{self.done:.4g} of {self._total:.4g} {self._unit}"
+        amount = f"{self.done:.6g} of {self._total:.6g} {self._unit}"
         return f"{100 * share:3.0f} % {bar} {amount}, {_clock(gone)}{left}".ljust(78)
 
 

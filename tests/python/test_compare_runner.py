@@ -140,7 +140,7 @@ def test_no_jobs_are_no_rows() -> None:
 
 def test_the_bar_counts_the_rows(capsys: pytest.CaptureFixture[str]) -> None:
     run_all([job(k) for k in range(4)], progress=True)
-    assert "4/4" in capsys.readouterr().err
+    assert "4 of 4 runs" in capsys.readouterr().err
     run_all([job(k) for k in range(4)])
     assert capsys.readouterr().err == ""
 

@@ -62,10 +62,10 @@ def test_interrupted_run_returns_what_there_is(name: str) -> None:
         assert child.stderr is not None
         assert child.stdout.readline() == b"ready\n"
         seen = b""
-        while not any(digit in seen.split(b"/90000")[0][-12:] for digit in b"123456789"):
+        while not any(digit in seen.split(b" of 90000")[0][-12:] for digit in b"123456789"):
             chunk = os.read(child.stderr.fileno(), 4096)
             assert chunk, seen
-            seen = seen[-100:] + chunk if b"/90000" not in chunk else chunk
+            seen = seen[-100:] + chunk if b" of 90000" not in chunk else chunk
         child.send_signal(signal.SIGINT)
         out, err = child.communicate(timeout=PATIENCE)
     finally:
