@@ -13,6 +13,16 @@ What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a contro
 runs every controller of a `Scenario`. `design` and `learnable` say beforehand what will come of
 it, `attribution` why the error of a run is what it is, `learned` what a recommended controller
 knows by now. `plots` and `animation` are imported when they are first used.
+
+Arrays may be anything that numpy understands: numbers, lists, arrays of any real type, order and
+stride. They are copied, and results are new float64 arrays. Time comes first, (T, n); angles are in
+radians, all else in SI units; for a prismatic joint m and N stand for rad and N·m. Where a number
+may stand for a vector, it counts for every joint. Errors name the argument, what it got and what it
+wants: TypeError for a wrong type, ValueError for a wrong shape or value, NaN and infinity too.
+
+Everything pickles. Arms, plants, motions, bases and compensators are equal, with one hash, when
+their arguments are; ``copy.replace(it, ...)``, or before Python 3.13 ``it.__replace__(...)``, is a
+copy with other arguments. Files are replaced as a whole: a reader sees the old one or the new one.
 """
 
 from importlib import import_module as _import_module

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._documented import documented
 from ._error_loop import responses
 from ._mismatch import INSIDE, mismatch
 from .run import Run
@@ -50,6 +51,7 @@ NOTHING = 1e-12
 """An error [rad] or a torque [N·m] that is smaller is rounding."""
 
 
+@documented
 @dataclass(frozen=True, eq=False)
 class Attribution:
     """What the error of a run is made of, by cause; `attribution` makes it.

@@ -19,6 +19,7 @@ import numpy as np
 
 from . import _core
 from ._actual import actual_plant
+from ._documented import documented
 from ._sections import (
     check,
     front_of,
@@ -40,23 +41,29 @@ TIMED_STEPS = 2000
 """Steps of which the processor time is taken."""
 
 
+@documented
 @dataclass(frozen=True)
 class Scenario:
     """A scene with controllers to compare, as a file in TOML says it.
 
     ``read`` takes the path of a file or the name of one that comes with the package
-    (`scenario_names`), ``of_robot`` makes one for any robot. ``plant`` is what is really there,
-    ``nominal`` what the controllers believe in.
+    (`scenario_names`), ``of_robot`` makes one for any robot.
     """
 
     name: str
+    """What the scenario is called."""
     nominal: _core.Arm
+    """What the controllers believe in."""
     plant: _core.Plant
+    """What is really there."""
     reference: Any
+    """The motion that is wanted: a curve or a callable."""
     controllers: Mapping[str, Any]
     """Laws by name: dicts as `Controller` takes them."""
     title: str = ""
+    """What a page of it is called."""
     effects: _core.Effects | None = None
+    """Sensors, timing and actuators; None: all of them ideal."""
     front: Mapping[str, Any] = field(default_factory=dict)
     """hand_over, velocity_filter, bumpless, delay of every controller."""
     options: Mapping[str, Any] = field(default_factory=dict)
@@ -64,6 +71,7 @@ class Scenario:
     window: tuple[float, float] | None = None
     """Of the steady figures [s]; None: the second half."""
     band: float = 0.01
+    """An error within it counts as settled [rad]."""
     transfer: Any = None
     """Another motion, for what was learnt on the first; None: it is not tried."""
     events: tuple[float, ...] = ()

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._documented import documented
 from .paths import Course, Path, PathFigures, path_figures
 from .run import Run
 
@@ -24,6 +25,7 @@ HALF = math.sqrt(2.0 * math.log(2.0))
 """A set fires by half this many σ from its centre."""
 
 
+@documented
 class Outside(NamedTuple):
     """An input that a path takes out of its sets."""
 
@@ -36,14 +38,18 @@ class Outside(NamedTuple):
 
 
 class Sets(TypedDict):
-    """Arguments of `FuzzyBasis`."""
+    """Arguments of `FuzzyBasis`.
+
+    Attributes
+    ----------
+    centers: centres, a list for each input.
+    width: σ of the sets of each input.
+    inputs: as they were given.
+    """
 
     centers: list[list[float]]
-    """Centres, a list for each input."""
     width: list[float]
-    """σ of the sets of each input."""
     inputs: Any
-    """As they were given."""
 
 
 def centers_for(

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 
+from ._documented import documented
 from ._progress import Progress
 from ._stopping import stopped_by
 from .comparison import Row
@@ -25,6 +26,7 @@ GRACE = 1.0
 """So long jobs that run have to end after Ctrl-C [s]; a simulation takes 0.1 s."""
 
 
+@documented
 @dataclass(frozen=True)
 class Job:
     """A row that is still to be computed.
@@ -33,8 +35,11 @@ class Job:
     """
 
     controller: str
+    """What the controller is called."""
     scenario: str
+    """What the scenario is called."""
     seed: int
+    """Seed of all that is random in it."""
     compute: Callable[[], Row]
     """What returns the row."""
 

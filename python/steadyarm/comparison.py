@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, SupportsIndex
 
 from . import _figures
 from ._curves import Curves
+from ._documented import documented
 from ._figures import FIGURES, Value, Window
 
 if TYPE_CHECKING:
@@ -46,8 +47,11 @@ class Row:
     """
 
     controller: str
+    """What the controller is called."""
     scenario: str = ""
+    """What the scenario is called."""
     seed: int = 0
+    """Seed of all that is random in it."""
     status: str = "finished"
     """One of `STATUSES`."""
     reason: str = ""
@@ -169,12 +173,20 @@ class Row:
         return named
 
 
+documented(
+    Row, {name: f"{it.doc[0].upper()}{it.doc[1:]} [{it.unit}]." for name, it in FIGURES.items()}
+)
+
+
+@documented
 @dataclass(frozen=True)
 class Line:
     """A line of the table: one controller in one scenario, over all seeds."""
 
     controller: str
+    """What the controller is called."""
     scenario: str
+    """What the scenario is called."""
     runs: int
     """Number of seeds."""
     finished: int
@@ -213,6 +225,7 @@ class Line:
         )
 
 
+@documented
 @dataclass(frozen=True)
 class Comparison:
     """Rows of controllers, and the tables, files and the page made of them.
@@ -223,6 +236,7 @@ class Comparison:
     """
 
     rows: Sequence[Row]
+    """What each controller did in each scenario with each seed."""
     scenario: str = ""
     """What was compared: a title, or the text of the scenario file."""
     notes: Sequence[str] = ()

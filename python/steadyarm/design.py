@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._documented import documented
 from .learnable import Learnable, learnable
 from .paths import Path, reference_of
 
 Array = NDArray[np.float64]
 
 
+@documented
 @dataclass(frozen=True, eq=False)
 class DesignReport:
     """Figures of a design, joint by joint (arrays of shape (n,)), with findings and a verdict.

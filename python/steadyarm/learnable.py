@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._documented import documented
 from .centers import Outside, coverage
 from .paths import Course, Path, sample
 
@@ -40,6 +41,7 @@ UNKNOWN = 1e3
 """A standard deviation of so many times the size says nothing: it is infinite."""
 
 
+@documented
 @dataclass(frozen=True, eq=False)
 class Learnable:
     """What one path teaches, at best: with an arm that is right but for what is to be learnt."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._documented import documented
 
 Array = NDArray[np.float64]
 
@@ -22,6 +23,7 @@ SURE, DOUBTFUL = 0.5, 0.7
 """Of the condition: from here on it is said, and from there on the argument for it ends."""
 
 
+@documented
 @dataclass(frozen=True, eq=False)
 class Learned:
     """What a recommended controller is made of and has learnt, of n joints.

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ._documented import documented
+
 Array = NDArray[np.float64]
 
 UNITS = {
@@ -21,6 +23,7 @@ UNITS = {
 """Units of the metrics; m and N instead of rad and N·m for a prismatic joint."""
 
 
+@documented
 @dataclass(frozen=True, repr=False)
 class Metrics:
     """How good a run was over a window, joint by joint; every array has shape (n,).

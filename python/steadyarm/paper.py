@@ -1,4 +1,11 @@
-"""The paper's three simulations (section 4), ready to run."""
+"""The paper's three simulations (section 4), ready to run.
+
+``CENTERS`` and ``WIDTH`` are the five fuzzy sets of an input, ``FEEDBACK`` has K_p [1/s²] and
+K_v [1/s], and ``PRESETS`` says how simulation 3 is read. "printed": Γ = diag(7, 7) is a gain of
+1/7; the paper does not say how sets combine to rules, five are assumed. "claimed": Γ taken for the
+gain, 625 rules, raw firing strengths: a reading that does what the paper claims. Beside them stands
+"recommended", the controller that we recommend.
+"""
 
 from __future__ import annotations
 
@@ -42,12 +49,7 @@ PRESETS: dict[str, dict[str, Any]] = {
     name: {key: parts[key] for key in ("form", "normalized", "gain")}
     for name, parts in _PARTS.items()
 }
-"""How simulation 3 is read; beside them stands "recommended", the controller that we recommend.
-
-"printed": Γ = diag(7, 7) is a gain of 1/7; the paper does not say how sets combine to rules, five
-are assumed. "claimed": Γ taken for the gain, 625 rules, raw firing strengths: a reading that does
-what the paper claims.
-"""
+"""How simulation 3 is read, by the name of the preset."""
 
 
 def nominal() -> _core.TwoLink:

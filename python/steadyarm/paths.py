@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._documented import documented
 from .simulation import Reference
 
 Array = NDArray[np.float64]
@@ -33,22 +34,27 @@ AGREE = 0.01
 
 
 class PathFigures(TypedDict):
-    """What a path asks of each of n joints; for a prismatic joint read m for rad."""
+    """What a path asks of each of n joints; for a prismatic joint read m for rad.
+
+    Attributes
+    ----------
+    q: the smallest and the largest position [rad], (2, n).
+    dq: the smallest and the largest velocity [rad/s], (2, n).
+    ddq: the smallest and the largest acceleration [rad/s²], (2, n).
+    speed: the largest speed, either way [rad/s], (n,).
+    acceleration: the largest acceleration, either way [rad/s²], (n,).
+    jerk: the largest change of ddq from sample to sample, over their distance [rad/s³], (n,).
+    """
 
     q: Array
-    """The smallest and the largest position [rad], (2, n)."""
     dq: Array
-    """The smallest and the largest velocity [rad/s], (2, n)."""
     ddq: Array
-    """The smallest and the largest acceleration [rad/s²], (2, n)."""
     speed: Array
-    """The largest speed, either way [rad/s], (n,)."""
     acceleration: Array
-    """The largest acceleration, either way [rad/s²], (n,)."""
     jerk: Array
-    """The largest change of ddq from sample to sample, over their distance [rad/s³], (n,)."""
 
 
+@documented
 @dataclass(frozen=True, eq=False)
 class Course:
     """A path at evenly spaced times, both ends included."""

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._documented import documented
 from ._scene import Scene, joint_names
 from .metrics import Metrics
 
@@ -35,9 +36,10 @@ TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
 """Arrays that a record of the motion alone has no rows of."""
 
 
+@documented
 @dataclass(frozen=True)
 class Status:
-    """Why a run ended: ``kind`` at time ``t`` [s], with the ``reason`` if it did not just finish.
+    """Why a run ended, and when.
 
     A run that is "unresolved" reached its duration in steps that were too long for the motion, for
     a stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too
@@ -45,8 +47,11 @@ class Status:
     """
 
     kind: Literal["finished", "unresolved", "diverged", "interrupted"]
+    """How it ended."""
     t: float
+    """When it ended [s]."""
     reason: str = ""
+    """Why, in words; empty if it just finished."""
 
     @property
     def finished(self) -> bool:
@@ -61,6 +66,7 @@ class Status:
         return f"{self.kind} at t = {self.t:.6g} s because {self.reason}"
 
 
+@documented
 @dataclass(frozen=True)
 class Certificate:
     """The Lyapunov certificate: the dissipation identity, integrated beside the motion.
@@ -70,18 +76,23 @@ class Certificate:
     RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong, or
     where the error of a continuous joint passes half a turn, at which V jumps. It is of continuous
     time: a run with a ``control_period`` has none, and `design` tells its margin.
-    ``state_cost`` = ∫ x'Qx dt is then bounded by ``v_start + gamma² uncertainty``, where
-    ``uncertainty`` = ∫ |ρ|² dt.
     """
 
     residual: float
+    """V(T) - V(0) less ``supplied``, relative."""
     v_start: float
+    """V(0)."""
     v_end: float
+    """V(T)."""
     supplied: float
+    """What the identity says that V changes by."""
     state_cost: float
+    """∫ x'Qx dt, at most ``v_start + gamma² uncertainty``."""
     uncertainty: float
+    """∫ |ρ|² dt."""
 
 
+@documented
 @dataclass(frozen=True)
 class GuardReport:
     """What a `Guard` did in a run."""
@@ -92,6 +103,7 @@ class GuardReport:
     """Why the guard had stopped at the end of the run, such as "position of joint 2"; or None."""
 
 
+@documented
 @dataclass(frozen=True)
 class Channel:
     """A recorded signal: what a column of a `Run` holds.
@@ -162,7 +174,6 @@ class Run(_Columns):
     """Signals that the compensator adds; each is an attribute too."""
     notes: tuple[str, ...] = ()
     """Choices that did nothing or ruined the run, in words; empty if there are none."""
-
     guard: GuardReport | None = None
     """What the guard did in it; None for a run without a guard."""
 
@@ -207,8 +218,7 @@ class Run(_Columns):
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            # Called for what is not there alone: what the compensator adds, and the set-points of a
-            # record of the motion. The reference stays, in case two threads ask at once.
+            # For what is not there alone. The reference stays, in case two threads ask at once.
             if not name.startswith("_"):
                 for channel, array in vars(self).get("own", {}).items():
                     if channel.name == name:
@@ -372,22 +382,22 @@ class Run(_Columns):
 
     @classmethod
     def load(cls, path: str | Path) -> Run:
-        """Read a run that `save` wrote. Raises ValueError for any other file, or a damaged one.
+        """Read a run that `save` wrote, looking at names, sizes and shapes first.
 
-        Names, sizes and shapes are looked at before anything of that size is read.
+        Raises ValueError for any other file, or a damaged one.
         """
         from . import _run_file
 
         return _run_file.load(path)
 
     def __repr__(self) -> str:
-        rows = len(self.t)
-        kernel = self.dictionary
-        if kernel is None:
-            return f"Run({rows} rows of {self.joints} joints, {self.status})"
-        atoms = f"{kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
-        return f"Run({rows} rows of {self.joints} joints, {self.status}, {atoms})"
+        rows, kernel = len(self.t), self.dictionary
+        said = f"{rows} rows of {self.joints} joints, {self.status}"
+        if kernel is not None:
+            said += (
+                f", {kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
+            )
+        return f"Run({said})"
 
 
-_LINES = [f"{name} [{unit}]: {doc}." for name, (unit, _, doc) in CHANNELS.items()]
-Run.__doc__ = "\n    ".join([f"{Run.__doc__}", *_LINES])
+documented(Run, {name: f"{doc} [{unit}]." for name, (unit, _, doc) in CHANNELS.items()})

@@ -8,24 +8,29 @@ from pathlib import Path
 from typing import Any
 
 from . import _core
+from ._documented import documented
 from ._scene import PARAMETERS
 from .run import Run
 from .simulation import simulate
 
 
+@documented
 @dataclass(frozen=True)
 class Scene:
-    """A plant, a controller and a reference, with duration [s] and step [s] of the run.
-
-    ``options`` are further arguments of `simulate`.
-    """
+    """A plant, a controller and a reference, ready to run."""
 
     plant: _core.Plant
+    """What is really there."""
     tracker: _core.Controller
+    """The controller."""
     reference: _core.Curve
+    """The motion that is wanted."""
     duration: float = 40.0
+    """Length of the run [s]."""
     dt: float = 1e-3
+    """Step of the integrator and spacing of the record [s]."""
     options: Mapping[str, Any] = field(default_factory=dict)
+    """Further arguments of `simulate`."""
 
     @classmethod
     def read(cls, path: str | Path, **overrides: Any) -> Scene:

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import inspect
+import pydoc
+import re
+import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import steadyarm
 import steadyarm._core as core
+from steadyarm.comparison import FIGURES, Row
 
 STUB = ast.parse(Path(core.__file__).with_name("_core.pyi").read_text(encoding="utf-8"))
 CLASSES = {node.name: node for node in STUB.body if isinstance(node, ast.ClassDef)}
@@ -87,3 +94,45 @@ def test_stub_documents_nothing_that_has_no_docstring_at_run_time(kind: str) -> 
     special = [node for node in CLASSES[kind].body if isinstance(node, ast.FunctionDef)]
     special = [node for node in special if node.name.startswith("__")]
     assert [node.name for node in special if ast.get_docstring(node)] == []
+
+
+def documented_fields() -> list[tuple[type, str, str]]:
+    """Class, field and the words below it, of every public class that is written in Python."""
+    found = []
+    for path in sorted(Path(core.__file__).parent.glob("[!_]*.py")):
+        module = importlib.import_module(f"steadyarm.{path.stem}")
+        module = sys.modules[module.__name__]
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in (it for it in tree.body if isinstance(it, ast.ClassDef)):
+            for field, below in pairwise(node.body):
+                if isinstance(field, ast.AnnAssign) and isinstance(below, ast.Expr):
+                    words_below = ast.literal_eval(below.value)
+                    name = ast.unparse(field.target)
+                    found.append((getattr(module, node.name), name, words_below))
+    return found
+
+
+FIELDS = documented_fields()
+
+
+def test_fields_are_found() -> None:
+    assert len(FIELDS) > 100
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "below"), FIELDS, ids=[f"{kind.__name__}.{name}" for kind, name, _ in FIELDS]
+)
+def test_help_has_the_words_below_a_field_and_its_type(kind: type, name: str, below: str) -> None:
+    shown = pydoc.plaintext.document(kind).replace("\n |", "\n")
+    assert f" {name}: {' '.join(words(below).split())}" in words(
+        re.sub(rf"(?m)^( +{name}): .+$", r"\1:", shown)
+    )
+
+
+def test_signals_and_figures_have_their_words_in_help() -> None:
+    told = [(steadyarm.Run, name, unit, doc) for name, unit, _, doc in core.channels()]
+    told += [(Row, figure.name, figure.unit, figure.doc[1:]) for figure in FIGURES.values()]
+    for kind, name, unit, doc in told:
+        assert re.search(
+            rf"(?m)^{name}\b.*\n.*{re.escape(doc)} \[{re.escape(unit)}\]", kind.__doc__
+        )
