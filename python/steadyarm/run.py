@@ -391,12 +391,9 @@ class Run(_Columns):
         return _run_file.load(path)
 
     def __repr__(self) -> str:
-        rows, kernel = len(self.t), self.dictionary
-        said = f"{rows} rows of {self.joints} joints, {self.status}"
+        said, kernel = f"{len(self.t)} rows of {self.joints} joints, {self.status}", self.dictionary
         if kernel is not None:
-            said += (
-                f", {kernel['atoms']} of {kernel['capacity']} atoms, {kernel['dropped']} dropped"
-            )
+            said += ", {atoms} of {capacity} atoms, {dropped} dropped".format_map(kernel)
         return f"Run({said})"
 
 
