@@ -1,14 +1,18 @@
 """Sphinx configuration of the manual."""
 
 import re
+import sys
 from importlib.metadata import version as installed
+from pathlib import Path
+
+sys.path.append(str(Path(__file__).with_name("_ext")))
 
 project = "steadyarm"
 author = "The steadyarm developers"
 copyright = f"2026, {author}"
 release = version = installed("steadyarm")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "api"]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
@@ -17,6 +21,11 @@ html_theme = "furo"
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
+# Names in single backticks of docstrings lead to the reference.
+default_role = "py:obj"
+add_module_names = False
+python_maximum_signature_line_length = 80
+toc_object_entries_show_parents = "hide"
 # One name may belong to several classes: `rules`, `P`.
 suppress_warnings = ["ref.python"]
 

@@ -53,7 +53,7 @@ class Row:
     seed: int = 0
     """Seed of all that is random in it."""
     status: str = "finished"
-    """One of `STATUSES`."""
+    """One of ``STATUSES``."""
     reason: str = ""
     """Why the run ended, in words; empty if it just finished."""
     rms_e: Value = None
@@ -192,7 +192,7 @@ class Line:
     finished: int
     """How many of them finished."""
     status: str
-    """The worst that happened, the last of them in `STATUSES`."""
+    """The worst that happened, the last of them in ``STATUSES``."""
     reason: str
     """Its reason, of the first seed that it happened to."""
     median: Mapping[str, Value]
