@@ -23,7 +23,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot robots which test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot robots which test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs release-check house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -91,6 +91,9 @@ docs: $(VENV)/wheel $(VENV)/manual
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 	@echo "The manual is in docs/_build/html/index.html"
 
+release-check: $(VENV)/release
+	$(BIN)/python tests/release_check.py
+
 house:
 	@$(PYTHON) tests/house.py
 
@@ -121,7 +124,8 @@ $(VENV)/wheel: $(SOURCES) | $(VENV)/python
 $(VENV)/tools: GROUP := test
 $(VENV)/peers: GROUP := bench
 $(VENV)/manual: GROUP := docs
-$(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/python
+$(VENV)/release: GROUP := release
+$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release: pyproject.toml | $(VENV)/python
 	$(BIN)/python -m pip install --quiet --group $(GROUP)
 	@touch $@
 
