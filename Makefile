@@ -23,7 +23,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot robots which test test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs house same-work check-all clean
+.PHONY: reproduce robot robots which test test-crate test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs release-check house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -39,7 +39,12 @@ robots: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_bench.py --full --out robots
 	$(BIN)/python examples/mujoco_bench.py --seeds 10 --case base noise drop gain --only recommended --out robots/seeds
 
-test: lint test-rust no-std bits test-python
+# The wheel takes minutes of one core: it is built beside the tests of the crate.
+test: $(VENV)/tools
+	$(MAKE) --jobs=2 test-crate $(VENV)/wheel
+	$(MAKE) test-python
+
+test-crate: lint test-rust no-std bits
 
 lint: $(VENV)/tools
 	$(CARGO) fmt --check
@@ -74,7 +79,7 @@ reliability: $(VENV)/wheel $(VENV)/tools
 test-python: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python -m mypy
 	cd tests/python && ../../$(BIN)/python -m mypy.stubtest steadyarm --allowlist stubtest-allowlist.txt
-	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml .
+	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=worksteal .
 
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
@@ -90,6 +95,9 @@ bench-dynamics: $(VENV)/wheel $(VENV)/peers
 docs: $(VENV)/wheel $(VENV)/manual
 	$(BIN)/python -m sphinx -W --keep-going -b html docs docs/_build/html
 	@echo "The manual is in docs/_build/html/index.html"
+
+release-check: $(VENV)/release
+	$(BIN)/python tests/release_check.py
 
 house:
 	@$(PYTHON) tests/house.py
@@ -121,7 +129,8 @@ $(VENV)/wheel: $(SOURCES) | $(VENV)/python
 $(VENV)/tools: GROUP := test
 $(VENV)/peers: GROUP := bench
 $(VENV)/manual: GROUP := docs
-$(VENV)/tools $(VENV)/peers $(VENV)/manual: pyproject.toml | $(VENV)/python
+$(VENV)/release: GROUP := release
+$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release: pyproject.toml | $(VENV)/python
 	$(BIN)/python -m pip install --quiet --group $(GROUP)
 	@touch $@
 

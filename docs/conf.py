@@ -5,18 +5,31 @@ import sys
 from importlib.metadata import version as installed
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).with_name("_ext")))
+sys.path.insert(0, str(Path(__file__).parent / "_ext"))
 
 project = "steadyarm"
 author = "The steadyarm developers"
 copyright = f"2026, {author}"
 release = version = installed("steadyarm")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "api"]
-source_suffix = {".md": "markdown"}
-exclude_patterns = ["_build"]
+# myst_nb brings myst_parser.
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+    "mathml",
+    "api",
+]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
+exclude_patterns = ["_build", "_ext"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
+html_math_renderer = "mathml"
+# Notebooks run anew with every build, and a cell that fails fails the build.
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
 html_theme = "furo"
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"

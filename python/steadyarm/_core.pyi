@@ -1210,6 +1210,16 @@ class Table(Curve):
         ddq: ArrayLike | None = None,
         start_time: float | None = None,
     ) -> Table: ...
+    @staticmethod
+    def from_csv(
+        path: str | PathLike[str], desired: bool = False, start_time: float | None = None
+    ) -> Table:
+        """Read a motion from a CSV file, such as `Run.to_csv` writes or a robot recorded.
+
+        Its first line names the columns: t [s], q_1, q_2 … [rad] and, where there are both,
+        dq_1 … [rad/s] and ddq_1 … [rad/s²]; ``desired`` reads q_d_1, dq_d_1, ddq_d_1 instead. Other
+        columns are passed over. Raises OSError, and ValueError that names the line or the column.
+        """
 
 @final
 class Waypoints(Curve):

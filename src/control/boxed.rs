@@ -94,6 +94,7 @@ trait Erased<const N: usize>: Send + Sync {
 /// What a compensator says of the form of its saved state.
 struct Form {
     known_flags: u64,
+    has_counter: bool,
     entries: &'static str,
     size: usize,
     fingerprints: [u64; 2],
@@ -137,6 +138,7 @@ where
         let it = &self.compensator;
         Form {
             known_flags: it.known_flags(),
+            has_counter: it.has_counter(),
             entries: it.entries(),
             size: it.size(),
             fingerprints: it.fingerprints(),
@@ -271,6 +273,10 @@ impl<const N: usize> Saves<N, BoxedState> for BoxedCompensator<N> {
 
     fn flags(&self, state: &BoxedState) -> u64 {
         self.0.counts(&*state.inner)[0] | if state.frozen { FROZEN } else { 0 }
+    }
+
+    fn has_counter(&self) -> bool {
+        self.0.form().has_counter
     }
 
     fn advances(&self, state: &BoxedState) -> u64 {

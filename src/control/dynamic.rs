@@ -148,10 +148,6 @@ impl<const N: usize, const K: usize, D: Dynamic<N, K>> Saves<N, DynamicState<K>>
         if state.z.is_some() { BEGUN } else { 0 }
     }
 
-    fn advances(&self, _: &DynamicState<K>) -> u64 {
-        0
-    }
-
     fn write(&self, state: &DynamicState<K>, put: &mut dyn FnMut(&[u8])) {
         put_all(put, state.z.unwrap_or_else(Vector::zeros).as_slice());
     }

@@ -57,8 +57,15 @@ pub trait Saves<const N: usize, S>: Compensator<N, S> {
     /// What there is in its part.
     fn flags(&self, state: &S) -> u64;
 
-    /// A counter of its own.
-    fn advances(&self, state: &S) -> u64;
+    /// Whether it has a counter of its own; the word of one that has none is 0.
+    fn has_counter(&self) -> bool {
+        false
+    }
+
+    /// Its counter.
+    fn advances(&self, _: &S) -> u64 {
+        0
+    }
 
     /// Writes its part, in numbers of eight bytes.
     fn write(&self, state: &S, put: &mut dyn FnMut(&[u8]));
@@ -91,10 +98,6 @@ impl<const N: usize> Saves<N, ()> for NoCompensation {
     }
 
     fn flags(&self, (): &()) -> u64 {
-        0
-    }
-
-    fn advances(&self, (): &()) -> u64 {
         0
     }
 
@@ -213,7 +216,8 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         }
         length(self.compensator.entries(), size as usize, self.compensator.size())?;
         let common = if version == 1 { TORQUE } else { TORQUE | PENDING | FRONT };
-        if flags & !(known | common) != 0 || steps.max(advances) > MAX_COUNT {
+        let uncounted = advances != 0 && !self.compensator.has_counter();
+        if flags & !(known | common) != 0 || steps.max(advances) > MAX_COUNT || uncounted {
             return Err(Error::damaged("its header is not a possible one"));
         }
         let last_tau = last_torque(rest.vector()?, flags & TORQUE != 0)?;

@@ -279,10 +279,6 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>>
         if state.past.is_some() { BEGUN } else { 0 }
     }
 
-    fn advances(&self, _: &AdaptiveComputedTorqueState<N, K>) -> u64 {
-        0
-    }
-
     fn write(&self, state: &AdaptiveComputedTorqueState<N, K>, put: &mut dyn FnMut(&[u8])) {
         let none = Moving { dq: Vector::zeros(), ddq: Vector::zeros() };
         let (Moving { dq, ddq }, dt) = state.past.unwrap_or((none, 0.0));

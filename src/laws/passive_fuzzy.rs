@@ -152,6 +152,10 @@ impl<const N: usize, A: Arm<N>, S, C: Saves<N, S>> Saves<N, S> for PassiveFuzzy<
         self.approximator.flags(state)
     }
 
+    fn has_counter(&self) -> bool {
+        self.approximator.has_counter()
+    }
+
     fn advances(&self, state: &S) -> u64 {
         self.approximator.advances(state)
     }

@@ -104,10 +104,6 @@ impl<const N: usize, A: Arm<N>> Saves<N, TimeDelayState<N>> for TimeDelay<A> {
         if state.past.is_some() { BEGUN } else { 0 }
     }
 
-    fn advances(&self, _: &TimeDelayState<N>) -> u64 {
-        0
-    }
-
     fn write(&self, state: &TimeDelayState<N>, put: &mut dyn FnMut(&[u8])) {
         let none = Past { dq: Vector::zeros(), tau: Vector::zeros(), dt: 0.0 };
         let Past { dq, tau, dt } = state.past.as_ref().unwrap_or(&none);

@@ -147,6 +147,10 @@ impl<const N: usize> Saves<N, Memory<N>> for AnyCompensator<N> {
         both!(self, memory, |it, state| it.flags(state), 0)
     }
 
+    fn has_counter(&self) -> bool {
+        any!(self, has_counter())
+    }
+
     fn advances(&self, memory: &Memory<N>) -> u64 {
         both!(self, memory, |it, state| it.advances(state), 0)
     }

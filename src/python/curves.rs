@@ -246,6 +246,27 @@ impl PyTable {
         let table = TableSettings { t: times.values, q, dq, ddq, start_time };
         PyCurve::under(CurveSettings::Table(table), Self)
     }
+
+    /// Read a motion from a CSV file, such as `Run.to_csv` writes or a robot recorded.
+    ///
+    /// Its first line names the columns: t [s], q_1, q_2 … [rad] and, where there are both,
+    /// dq_1 … [rad/s] and ddq_1 … [rad/s²]; ``desired`` reads q_d_1, dq_d_1, ddq_d_1 instead. Other
+    /// columns are passed over. Raises OSError, and ValueError that names the line or the column.
+    #[staticmethod]
+    #[pyo3(
+        signature = (path, desired=false, start_time=None),
+        text_signature = "(path, desired=False, start_time=None)"
+    )]
+    fn from_csv<'py>(
+        path: Any<'_, 'py>,
+        desired: bool,
+        start_time: Given<'_, 'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = path.py();
+        let columns = py.import("steadyarm._csv")?.call_method1("motion", (path, desired))?;
+        let (t, q, dq, ddq): (Py<PyAny>, Py<PyAny>, Py<PyAny>, Py<PyAny>) = columns.extract()?;
+        py.get_type::<Self>().call1((t, q, dq, ddq, start_time))
+    }
 }
 
 /// From pose to pose as fast as velocity, acceleration and jerk may be, with pauses.

@@ -296,7 +296,7 @@ def test_pandas_has_the_columns_of_the_csv(monkeypatch: pytest.MonkeyPatch) -> N
             self.lines, self.columns = lines, columns
 
     stand_in = type("pandas", (), {"DataFrame": Frame})
-    monkeypatch.setattr("steadyarm._tables.import_module", lambda name: stand_in)
+    monkeypatch.setattr("steadyarm._extras.import_module", lambda name: stand_in)
     frame: object = Comparison([row(seed=4)]).to_pandas()
     assert isinstance(frame, Frame)
     cells = dict(zip(frame.columns, frame.lines[0], strict=True))

@@ -10,6 +10,12 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 TEXTS = [ROOT / "README.md", *PAGES]
 
+HOMES = (
+    "https://github.com/steadyarm/steadyarm/blob/main/",
+    "https://raw.githubusercontent.com/steadyarm/steadyarm/main/",
+)
+"""Where the files of the project are for who reads the README elsewhere: a registry, a package."""
+
 
 def blocks(text: Path, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", text.read_text(encoding="utf-8"), re.DOTALL)
@@ -53,11 +59,14 @@ def test_rust_examples_are_whole_as_they_are_read() -> None:
 
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
 def test_every_link_leads_somewhere(page: Path) -> None:
-    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
-        if link.startswith("https://"):
-            continue
+    text = page.read_text(encoding="utf-8")
+    defined = re.findall(r"^\[[^\]]+\]: (\S+)$", text, re.MULTILINE)
+    for link in [*re.findall(r"\]\(([^)\s]+)\)", text), *defined]:
         file, _, place = link.partition("#")
-        target = page.parent / file if file else page
+        home = next((home for home in HOMES if link.startswith(home)), None)
+        if home is None and link.startswith("https://"):
+            continue
+        target = ROOT / file.removeprefix(home) if home else page.parent / file if file else page
         assert target.exists(), link
         assert not place or place in anchors(target), link
 

@@ -83,6 +83,6 @@ def test_what_the_text_says_of_rivals_is_what_ideal_sensors_give() -> None:
 
 
 def test_it_is_short_and_names_the_command_that_tests() -> None:
-    assert len(TEXT.splitlines()) <= 110
+    assert len([line for line in TEXT.splitlines() if "]: https://" not in line]) <= 110
     assert "make test" in (ROOT / ".ci/run").read_text(encoding="utf-8")
     assert re.search(r"^make test\b", TEXT, re.MULTILINE)

@@ -412,6 +412,20 @@ def test_a_forged_state_with_the_right_checksum_is_refused(
         shared(gain=50.0).load(tmp_path / "state", other=True)
 
 
+@pytest.mark.parametrize("form", ["none", "dictionary"])
+def test_a_counter_of_a_compensator_that_counts_nothing_is_refused(
+    form: str, tmp_path: Path
+) -> None:
+    controller = (
+        sa.ComputedTorque(sa.paper.nominal(), 8, 5.5)
+        if form == "none"
+        else tracker("grid", dictionary=6)
+    )
+    drive(controller, samples(4))
+    bad = forged(controller.__getstate__(), 4, 1)
+    assert_refused(controller, bad, tmp_path / "state", "not a possible one")
+
+
 def ended(controller: sa.ComputedTorque) -> None:
     """Leave no period pending."""
     controller.freeze()

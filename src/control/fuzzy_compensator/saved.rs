@@ -41,6 +41,10 @@ impl<const N: usize, T: Buffer, B: Buffer> Saves<N, FuzzyState<N, B>> for FuzzyC
         NORMS | flag(state.frozen, FROZEN) | flag(state.prior, PRIOR)
     }
 
+    fn has_counter(&self) -> bool {
+        true
+    }
+
     fn advances(&self, state: &FuzzyState<N, B>) -> u64 {
         state.advances
     }

@@ -66,10 +66,6 @@ impl<const N: usize, T: Buffer, B: Buffer> Saves<N, KernelState<N, B>> for Kerne
         KERNEL | if state.frozen { FROZEN } else { 0 }
     }
 
-    fn advances(&self, _: &KernelState<N, B>) -> u64 {
-        0
-    }
-
     fn write(&self, state: &KernelState<N, B>, put: &mut dyn FnMut(&[u8])) {
         let counts = [self.kernel.capacity as u64, state.atoms as u64, state.merged, state.dropped];
         counts.iter().for_each(|count| put(&count.to_le_bytes()));

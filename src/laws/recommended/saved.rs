@@ -43,6 +43,10 @@ where
         if state.frozen { FROZEN } else { 0 }
     }
 
+    fn has_counter(&self) -> bool {
+        true
+    }
+
     fn advances(&self, state: &LearnedTorqueState<N, B>) -> u64 {
         state.periods
     }

@@ -1,0 +1,67 @@
+"""Formulas as MathML, written when the manual is built: browsers draw it without a script.
+
+A formula that cannot be converted whole is a warning with its page and line, which -W makes an
+error. ``\\tag{6}`` numbers a formula; Sphinx numbers those with a label.
+"""
+
+import re
+from html import escape, unescape
+from xml.etree import ElementTree
+
+from docutils import nodes
+from latex2mathml.converter import convert_to_element
+from sphinx.util import logging
+
+TAG = re.compile(r"\s*\\tag\{([^}]*)\}")
+logger = logging.getLogger(__name__)
+
+
+def mathml(formula, display):
+    """Return the markup of a formula; raise ValueError if something in it is not understood."""
+    try:
+        tree = convert_to_element(formula, display=display)
+    except Exception as error:  # latex2mathml has a dozen kinds
+        raise ValueError(f"{type(error).__name__} {error}".strip()) from error
+    for part in tree.iter():
+        part.text = unescape(part.text or "")  # it writes entities
+    unknown = [part.text for part in tree.iter() if part.text.startswith("\\")]
+    if unknown:
+        raise ValueError(f"does not know {' '.join(unknown)}")
+    return ElementTree.tostring(tree, encoding="unicode")
+
+
+def written(node, formula, display):
+    """Return the markup of a node's formula; tell where the formula stands if there is none."""
+    try:
+        return mathml(formula, display)
+    except ValueError as error:
+        logger.warning("formula %r: %s", formula, error, location=node, type="mathml")
+        return f"<code>{escape(formula)}</code>"
+
+
+def inline(translator, node):
+    """Write a formula within a line."""
+    translator.body.append(written(node, node.astext(), "inline"))
+    raise nodes.SkipNode
+
+
+def block(translator, node):
+    """Write a formula on lines of its own, with its number if it has one."""
+    formula = node.astext()
+    tag = TAG.search(formula)
+    number = tag[1] if tag else node["number"]
+    translator.body.append(translator.starttag(node, "div", CLASS="math-block"))
+    translator.body.append(written(node, TAG.sub("", formula).strip(), "block"))
+    if number:
+        translator.body.append(f'<span class="eqno">({number}')
+        if node["number"]:
+            translator.add_permalink_ref(node, "Link to this equation")
+        translator.body.append(")</span>")
+    translator.body.append("</div>")
+    raise nodes.SkipNode
+
+
+def setup(app):
+    """Register the renderer."""
+    app.add_html_math_renderer("mathml", (inline, None), (block, None))
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
