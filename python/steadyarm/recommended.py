@@ -84,8 +84,11 @@ def recommended(
     light_joints: a joint that looks too light for its torque is meant so, and has no rotor.
     hand_over, velocity_filter, others: as of `Controller`.
 
-    Raises ValueError in words: where a rotor is missing, no gains keep such a loop stable, or the
-    path needs more than the largest torque.
+    Raises
+    ------
+    ValueError
+        In words: where a rotor is missing, no gains keep such a loop stable, or the path needs more
+        than the largest torque.
     """
     if learns not in ("links", "payload"):
         raise ValueError(f'learns: got {learns!r}, wants "links" or "payload"')
