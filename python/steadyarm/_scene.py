@@ -11,6 +11,7 @@ import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.metadata import version
 from typing import Any
 
@@ -136,6 +137,17 @@ class Scene:
             {kind: {**arguments, **changes}}, "tracker", _core.Controller
         )
         return made
+
+    @cached_property
+    def joint_kinds(self) -> tuple[str, ...]:
+        """How the plant's joints move; () where a file says what cannot be built."""
+        plant = self.parts["plant"]
+        try:
+            arm = plant.arm if isinstance(plant, _core.Plant) else plant["Plant"]["arm"]
+            made: _core.Arm = _object(arm, "arm", _core.Arm)
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return ()
+        return made.joint_kinds
 
     @property
     def options(self) -> dict[str, Any]:
