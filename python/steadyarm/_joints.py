@@ -81,6 +81,11 @@ def in_length(unit: str, length: str) -> str:
     return unit.replace("N·m", "N").replace("rad", "m") if length == "m" else unit
 
 
+def numbered(joints: int) -> tuple[str, ...]:
+    """The names of joints that have none: their numbers."""
+    return tuple(str(joint + 1) for joint in range(joints))
+
+
 def title(name: str) -> str:
     """What a picture or a table calls a joint of this name: its number says little alone."""
     if name.isdigit():

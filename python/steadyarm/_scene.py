@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._joints import numbered
 
 VERSION = version("steadyarm")
 """Of the package; looked up once, as that takes longer than a short run."""
@@ -180,7 +181,7 @@ def joint_names(arm: Any, joints: int) -> list[str]:
     """The names of an arm's joints, or else their numbers."""
     if isinstance(arm, _core.Serial):
         return list(arm.joint_names)
-    return [str(joint + 1) for joint in range(joints)]
+    return list(numbered(joints))
 
 
 def arguments(value: Any) -> dict[str, Any]:

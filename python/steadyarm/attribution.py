@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._error_loop import responses
+from ._html import Entry, by_joint, joined, listed, text
 from ._joints import Joints, Window, chosen, chosen_one, lengths, rows_in
 from ._look import Style
 from ._mismatch import INSIDE, mismatch
@@ -47,6 +48,8 @@ WORDS = {
 NAMED, SMALL, DOUBTED = 3, 0.05, 0.3
 """How many causes a sentence names at the most, from which share on, and which rest of the error
 makes it doubt the estimate."""
+
+CANCELLED = "cancelled of what the model lacks [%]"
 
 NOTHING = 1e-12
 """An error [rad] or a torque [N·m] that is smaller is rounding."""
@@ -209,17 +212,39 @@ class Attribution:
         """The sentence, and the shares in tables."""
         heads = "".join(f"{f'joint {n + 1}':>10}" for n in range(len(self.units)))
         lines = [self.sentence(), *self.notes]
+        for heading, shares in self._tables().items():
+            lines += ["", f"{heading:<38}{heads}"]
+            lines += [f"  {words:<36}{_cells(share)}" for words, share in shares.items()]
+        return "\n".join([*lines, "", f"{CANCELLED:<38}{_cells(self.cancelled)}"])
+
+    def _tables(self) -> dict[str, dict[str, Array]]:
+        """Shares that show, by the heads of their tables and the words of the causes."""
         tables = {
             "of the error, estimated [%]": self.error_shares,
             "of the missing torque [%]": self.torque_shares,
         }
-        for title, shares in tables.items():
-            lines += ["", f"{title:<38}{heads}"]
-            for name, share in shares.items():
-                if (np.abs(share) >= 5e-4).any():
-                    lines.append(f"  {WORDS[name]:<36}{_cells(share)}")
-        cancelled = "cancelled of what the model lacks [%]"
-        return "\n".join([*lines, "", f"{cancelled:<38}{_cells(self.cancelled)}"])
+        return {
+            heading: {
+                WORDS[name]: share
+                for name, share in shares.items()
+                if (np.abs(share) >= 5e-4).any()
+            }
+            for heading, shares in tables.items()
+        }
+
+    def _repr_html_(self) -> str:
+        """The sentence and the tables, for a notebook."""
+        tables = []
+        for heading, shares in self._tables().items():
+            figures = [Entry(words, "", _percents(share)) for words, share in shares.items()]
+            tables.append(by_joint(f"Shares {heading}", self.joint_names, figures))
+        rms = [
+            Entry("RMS error", "mrad", 1e3 * self.rms_of_error),
+            Entry(CANCELLED.removesuffix(" [%]"), "%", _percents(self.cancelled)),
+        ]
+        whole = by_joint("Error and what is cancelled.", self.joint_names, rms, self.units)
+        said = f"<p>{text(self.sentence())}</p>"
+        return joined([said, whole, *tables, listed("Notes:", self.notes)])
 
     def _made_up_for(self, joint: int) -> str:
         share = float(self.cancelled[joint])
@@ -325,9 +350,12 @@ def percent(share: float) -> str:
 
 def _cells(shares: Array) -> str:
     """A row of a table, in percent."""
-    return "".join(
-        f"{'–' if np.isnan(x) else f'{round(100.0 * x, 1) + 0.0:.1f}':>10}" for x in shares
-    )
+    return "".join(f"{share:>10}" for share in _percents(shares))
+
+
+def _percents(shares: Array) -> list[str]:
+    """Shares in percent, with one digit after the point."""
+    return ["–" if np.isnan(x) else f"{round(100.0 * x, 1) + 0.0:.1f}" for x in shares]
 
 
 def _rms(values: Array) -> Array:

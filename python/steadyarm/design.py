@@ -10,6 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._html import Entry, by_joint, joined, listed, text
+from ._joints import lengths, numbered
+from ._scene import joint_names
 from .learnable import Learnable, learnable
 from .paths import Path, reference_of
 
@@ -86,6 +89,10 @@ class DesignReport:
     learnable: Learnable | None = None
     """What the path teaches, whatever learns, and how it is covered by sets; see
     `steadyarm.learnable`. None without a path."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joints; () or their numbers, from 1, where they have none."""
+    units: tuple[str, ...] = ()
+    """"rad" of each joint, "m" of a prismatic one."""
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
@@ -94,20 +101,44 @@ class DesignReport:
             if not np.isnan(row).all():
                 lines.append(f"{name:<35}" + "".join(f"{x:13.6g}" for x in row))
         for n, poles in enumerate(self.poles):
-            known = [f"{z:.4g}" for z in poles if not np.isnan(z)]
-            if known:
-                lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(known))
+            known = poles[~np.isnan(poles)]
+            if len(known):
+                lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(map(_pole, known)))
         if self.learnable is not None:
             lines += ["", "What this path can teach:", str(self.learnable)]
         if self.left_out:
             lines += ["", "Not in these figures: " + "; ".join(self.left_out) + "."]
-        if self.findings:
-            link = ", but know that" if self.sound else ":"
-            lines += ["", f"Verdict: {self.verdict}{link}"]
-            lines += [f"  - {finding}" for finding in self.findings]
-        else:
-            lines += ["", f"Verdict: {self.verdict}."]
+        lines += ["", self._judged(), *(f"  - {finding}" for finding in self.findings)]
         return "\n".join(lines)
+
+    def _judged(self) -> str:
+        """The verdict, as what leads to the findings."""
+        link = "." if not self.findings else ", but know that" if self.sound else ":"
+        return f"Verdict: {self.verdict}{link}"
+
+    def _repr_html_(self) -> str:
+        """The report for a notebook: its table, and below it the verdict with the findings."""
+        figures = []
+        for name, row in self._rows().items():
+            words, _, unit = name.removesuffix("]").partition(" [")
+            # Three digits do not tell a radius from 1.
+            values = [f"{x:.6g}" for x in row] if row is self.sampled_radius else row
+            if not np.isnan(row).all():
+                figures.append(Entry(words, unit, values))
+        poles = [", ".join(map(_pole, row[~np.isnan(row)])) for row in self.poles]
+        if any(poles):
+            figures.append(Entry("poles", "1/s", poles))
+        names = self.joint_names or numbered(len(self.p11))
+        teaches = () if self.learnable is None else self.learnable.sentences
+        verdict = f"<p><strong>{text(self._judged())}</strong></p>"
+        return joined(
+            [
+                by_joint("What the controller will do.", names, figures, self.units),
+                listed(self._judged(), self.findings) or verdict,
+                listed("What this path can teach:", teaches),
+                listed("Not in these figures:", self.left_out),
+            ]
+        )
 
     def _rows(self) -> dict[str, Array]:
         rows = {
@@ -133,6 +164,10 @@ class DesignReport:
         if self.survives is not None:
             rows["learnt: survives a freeze [%]"] = 100 * self.survives
         return rows
+
+
+def _pole(z: complex) -> str:
+    return f"{z.real:.4g}" if z.imag == 0.0 else f"{z:.4g}"
 
 
 def design(
@@ -194,4 +229,10 @@ def design(
         if figures.get(name) is not None:
             figures[name] = tuple(figures[name])
     teaches = None if path is None else learnable(tracker, path, duration)
-    return DesignReport(poles=poles, **figures, learnable=teaches)
+    return DesignReport(
+        poles=poles,
+        **figures,
+        learnable=teaches,
+        joint_names=tuple(joint_names(tracker.arm, len(poles))),
+        units=lengths(tracker.arm.joint_kinds),
+    )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from ._joints import Joints, Window
+from ._joints import Joints, Window, lengths_of
 from ._look import Style
 from ._scene import Scene, joint_names
 from .metrics import Metrics
@@ -340,7 +340,8 @@ class Run(_Columns):
         """
         window = (0.0, float("inf")) if window is None else window
         tau = self.tau if len(self.tau) else None
-        return Metrics(**_core.metrics(self.t, self.e, tau, window, band))
+        figures = _core.metrics(self.t, self.e, tau, window, band)
+        return Metrics(**figures, joint_names=tuple(self.joint_names), units=lengths_of(self))
 
     def plot(
         self,
