@@ -4,19 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
 from ._html import Entry, by_joint, joined, listed, text
-from ._joints import lengths, numbered
-from ._scene import joint_names
+from ._joints import chosen_one, lengths, numbered
+from ._scene import arguments, joint_names
 from .learnable import Learnable, learnable
 from .paths import Path, reference_of
 
 Array = NDArray[np.float64]
+
+
+class LinearModel(NamedTuple):
+    """The closed loop of a joint, ẋ = A x + B ρ and e = C x + D ρ, from ρ [rad/s²] to e [rad].
+
+    x is [e, ė, ρ̂]; [e, ė] without a compensator. What the model leaves out is ρ, positive as in
+    `Run.rho`. ``control.ss(*model)`` and ``scipy.signal.StateSpace(*model)`` take it.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +74,12 @@ class DesignReport:
     """kv M₀ⱼⱼ [N·m·s/rad], likewise."""
     poles: NDArray[np.complex128]
     """Poles of the linear model (n, 3) [1/s]; the integrator's is 0 without a compensator."""
+    kp: Array
+    """Feedback on position [1/s²]."""
+    kv: Array
+    """Feedback on velocity [1/s]."""
+    leak_rate: float | None
+    """Of the compensator [1/s]; None without one."""
     findings: tuple[str, ...]
     """What to know before going ahead, in words."""
     sound: bool
@@ -93,6 +112,31 @@ class DesignReport:
     """Names of the joints; () or their numbers, from 1, where they have none."""
     units: tuple[str, ...] = ()
     """"rad" of each joint, "m" of a prismatic one."""
+
+    def linear_model(self, joint: int | str) -> LinearModel:
+        """The closed loop of a joint by itself, whose ``poles`` the report has, in continuous time.
+
+        ``joint``: its number, from 1, or its name. ``control.ss(*report.linear_model(1))`` is a
+        system of python-control; ``rms`` without a path, or with a ``disturbance``, is its answer
+        to that. Along a path k_I is the largest and the inertia ratio the mean along it. Raises
+        ValueError for a joint that is not there, and where the loop cannot be known without a path.
+        """
+        n = chosen_one(joint, self.joint_names or numbered(len(self.p11)))
+        poles, kp, kv = self.poles[n], self.kp[n], self.kv[n]
+        if np.isnan(poles).any():
+            raise ValueError(
+                f"joint: the loop of {joint!r} is not known without a path; give path="
+            )
+        leak_rate = self.leak_rate or 0.0
+        # The sum of the poles is -(G kv + λ): all else is in the report.
+        ratio = (-float(poles.sum().real) - leak_rate) / kv
+        A = np.array([[0.0, 1.0, 0.0], [-ratio * kp, -ratio * kv, -ratio], [0.0, 0.0, -leak_rate]])
+        B, C = np.array([[0.0], [ratio], [0.0]]), np.array([[1.0, 0.0, 0.0]])
+        order = 2
+        if self.leak_rate is not None:
+            A[2, :2] = self.k_i[n] * self.p12[n], self.k_i[n] * self.p22[n]
+            order = 3
+        return LinearModel(A[:order, :order], B[:order], C[:, :order], np.zeros((1, 1)))
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
@@ -228,9 +272,13 @@ def design(
     for name in ("findings", "left_out", "rules_excited", "directions"):
         if figures.get(name) is not None:
             figures[name] = tuple(figures[name])
+    compensator = tracker.compensator
     teaches = None if path is None else learnable(tracker, path, duration)
     return DesignReport(
         poles=poles,
+        kp=tracker.kp,
+        kv=tracker.kv,
+        leak_rate=None if compensator is None else arguments(compensator)["leak_rate"],
         **figures,
         learnable=teaches,
         joint_names=tuple(joint_names(tracker.arm, len(poles))),
