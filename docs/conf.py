@@ -21,6 +21,7 @@ extensions = [
     "mathml",
     "api",
     "gallery",
+    "notebooks",
 ]
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 exclude_patterns = ["_build", "_ext"]
