@@ -1,15 +1,21 @@
 """What the manual says of the code is there, and its examples run."""
 
 import re
+import shlex
 import shutil
 from pathlib import Path
 
 import pytest
 import test_reliability
+from steadyarm import cli
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-PAGES = sorted(DOCS.glob("*.md"))
+PAGES = [
+    page
+    for page in sorted(DOCS.rglob("*.md"))
+    if "_build" not in page.parts and page != DOCS / "which/tables.md"  # a part of which.md
+]
 TEXTS = [ROOT / "README.md", *PAGES]
 
 
@@ -79,9 +85,28 @@ def test_every_file_that_is_named_exists(page: Path) -> None:
     assert not [name for name in re.findall(named, text) if not (ROOT / name).exists()]
 
 
+def listed(page: Path) -> set[Path]:
+    """The pages that are in the contents of a page, and in theirs."""
+    entries = " ".join(blocks(page, "{toctree}")).split()
+    below = {page.parent / f"{entry}.md" for entry in entries} & set(PAGES)
+    return below.union(*map(listed, below))
+
+
 def test_every_page_is_in_the_contents() -> None:
-    contents = (ROOT / "docs/index.md").read_text(encoding="utf-8").splitlines()
-    assert not [page.name for page in PAGES if page.stem != "index" and page.stem not in contents]
+    assert set(PAGES) - listed(DOCS / "index.md") == {DOCS / "index.md"}
+
+
+def commands(page: Path) -> list[list[str]]:
+    """The commands of steadyarm in the blocks of a page, without what the shell does with them."""
+    lines = [line for block in blocks(page, "sh") for line in block.splitlines()]
+    words = [shlex.split(line.partition(" > ")[0], comments=True) for line in lines]
+    return [line[1:] for line in words if line[:1] == ["steadyarm"]]
+
+
+@pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
+def test_every_command_of_the_manual_is_one(page: Path) -> None:
+    for arguments in commands(page):
+        cli._parser().parse_args(arguments)
 
 
 def test_the_table_of_reliability_is_that_of_its_tests() -> None:
