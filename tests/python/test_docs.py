@@ -56,6 +56,13 @@ def test_python_examples_of_the_manual_run_and_print_what_is_shown(
         assert shown is None or shown.split() == printed.split(), code
 
 
+def test_pictures_of_the_tutorial_are_those_that_its_code_saves() -> None:
+    text = (DOCS / "tutorial.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^```\{image\} tutorial/(\S+)$", text, re.MULTILINE)
+    assert shown == re.findall(r'savefig\("(\S+)"', text)
+    assert set(shown) == {picture.name for picture in (DOCS / "tutorial").iterdir()}
+
+
 def test_rust_examples_are_whole_as_they_are_read() -> None:
     """What rustdoc hides, a reader does not have; that they compile is tested as doctests."""
     found = [(page, code) for page in TEXTS for code in blocks(page, "rust")]
@@ -65,6 +72,7 @@ def test_rust_examples_are_whole_as_they_are_read() -> None:
         assert f'include_str!("../{page.relative_to(ROOT)}")' in doctested
         assert "fn main()" in code
         assert not re.search(r"^\s*#(\s|$)", code, re.MULTILINE)
+        assert "```{" not in page.read_text(encoding="utf-8"), "rustdoc takes it for Rust; use :::"
 
 
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: page.name)
