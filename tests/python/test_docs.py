@@ -95,7 +95,8 @@ def test_every_file_that_is_named_exists(page: Path) -> None:
 
 def listed(page: Path) -> set[Path]:
     """The pages that are in the contents of a page, and in theirs."""
-    entries = " ".join(blocks(page, "{toctree}")).split()
+    lines = "".join(blocks(page, "{toctree}")).splitlines()
+    entries = [line.rpartition("<")[2].rstrip(">") for line in lines]
     below = {page.parent / f"{entry}.md" for entry in entries} & set(PAGES)
     return below.union(*map(listed, below))
 
