@@ -75,6 +75,6 @@ pub use error::{Error, Problem, Result};
 /// Runs the examples of README and manual as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-#[doc = include_str!("../docs/start.md")]
+#[doc = include_str!("../docs/rust.md")]
 #[doc = include_str!("../docs/real_loop.md")]
 struct Manual;

@@ -100,7 +100,7 @@ class Learned:
             )
         for joint in np.flatnonzero(self.quickness > self.quickest):
             said.append(
-                f"joint {joint} is light for its torque ({self.quickness[joint]:.2g} rad/s²): the "
+                f"joint {joint + 1} is light for its torque ({self.quickness[joint]:.2g} rad/s²): the "
                 "arm will shake if it has a rotor that the model lacks"
             )
         if self.payload is not None:

@@ -165,13 +165,16 @@ def _loop_notes(
     if isinstance(tracker, _core.Guard):
         tracker = tracker.tracker
     notes, given = [], _scene.arguments(tracker)
+    late = 0 if effects is None else effects.delay
+    if control_period is not None and late != tracker.delay:
+        notes.append(
+            f"delay: the loop is late by {late} samples, and the controller believes "
+            f"{tracker.delay}; tell it: delay={late}"
+            + f", or simulate with effects=sa.Effects(delay={tracker.delay})"
+            * (effects is None)
+        )
     if effects is not None:
         made_of = _scene.arguments(effects)
-        if effects.delay != tracker.delay:
-            notes.append(
-                f"delay: the loop is late by {effects.delay} samples, and the controller believes "
-                f"{tracker.delay}; tell it: delay={effects.delay}"
-            )
         if made_of["velocity"] == "difference" and given["velocity_filter"] is None:
             cutoff = made_of["velocity_cutoff"]
             notes.append(

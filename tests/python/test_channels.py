@@ -138,7 +138,9 @@ def test_frames_and_datasets_hold_the_signals() -> None:
 @pytest.mark.parametrize("package", ["pandas", "xarray"])
 def test_a_missing_package_is_named(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, package, None)  # as if it was not installed
-    with pytest.raises(ImportError, match=f"to_{package}: needs {package}; pip install .steadyarm.data"):
+    with pytest.raises(
+        ImportError, match=f"to_{package}: needs {package}; pip install .steadyarm.data"
+    ):
         getattr(RECORD, f"to_{package}")()
 
 

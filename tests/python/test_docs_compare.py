@@ -10,6 +10,7 @@ from steadyarm._comparison_words import rounded
 from test_docs import ROOT, TEXTS, blocks
 
 COMPARE = ROOT / "docs/compare.md"
+SENSORS = ROOT / "docs/sensors.md"
 SCENARIOS = ROOT / "docs/scenarios.md"
 PAPER = ROOT / "docs/paper.md"
 
@@ -55,9 +56,9 @@ def test_every_law_is_in_both_tables_with_its_arguments() -> None:
         assert set(ticked(keys[law])) - ELSEWHERE == wanted, law
 
 
-def test_every_effect_is_in_the_page_on_comparisons() -> None:
+def test_every_effect_is_in_the_page_on_sensors() -> None:
     effects = set(inspect.signature(sa.Effects).parameters)
-    words = " ".join(COMPARE.read_text(encoding="utf-8").split())
+    words = " ".join(SENSORS.read_text(encoding="utf-8").split())
     assert not [name for name in effects - {"seed"} if name not in words]
 
 
@@ -107,7 +108,7 @@ CHANGED = {
 
 
 def test_what_effects_do_is_what_the_pid_gives() -> None:
-    told = rows(COMPARE, "effect")
+    told = rows(SENSORS, "effect")
     assert len(told) == 15
     for effect, _, _, value, *shown in told:
         changes = CHANGED.get(effect)
@@ -118,7 +119,7 @@ def test_what_effects_do_is_what_the_pid_gives() -> None:
 
 
 def test_what_the_front_does_is_what_the_pid_gives() -> None:
-    text = " ".join(COMPARE.read_text(encoding="utf-8").split())
+    text = " ".join(SENSORS.read_text(encoding="utf-8").split())
     plain, off_path, slow = pid({}), pid({}, hand_over=None), pid({}, velocity_filter=30.0)
     peaks = [rounded(line.median["max_abs_tau"]) for line in (plain, off_path)]
     assert f"is {peaks[0]} N·m with it and {peaks[1]} without" in text

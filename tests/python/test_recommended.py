@@ -174,7 +174,7 @@ def test_a_rotor_that_is_missing_is_asked_for_before_the_start() -> None:
     with pytest.raises(ValueError, match=r"armature\[4\].*rotor.*light_joints"):
         sa.recommended(ur5e)
     said = str(sa.learned(sa.recommended(ur5e, light_joints=True)))
-    assert "joint 5 is light for its torque" in said
+    assert "joint 6 is light for its torque" in said
     assert "joint 0" not in said
     assert sa.recommended(ur5e.with_armature(0.05)).learns
 
@@ -221,7 +221,7 @@ def test_a_two_link_arm_has_no_load_of_its_own() -> None:
 def test_a_path_that_needs_too_much_torque_is_refused() -> None:
     arm = sa.paper.nominal()
     path = sa.Sines(6.0, sin=(1.0, 0.5))
-    with pytest.raises(ValueError, match=r"path: joint 0 needs up to .* N·m"):
+    with pytest.raises(ValueError, match=r"path: joint 1 needs up to .* N·m"):
         sa.recommended(arm, effort_limit=25.0, path=path)
     assert sa.recommended(arm, effort_limit=25.0, path=sa.paper.reference()).learns
 
@@ -274,3 +274,16 @@ def test_friction_that_is_known_is_not_learnt_again() -> None:
     assert run.metrics(window=(10, 15)).rms_e.max() < still.metrics(window=(10, 15)).rms_e.max()
     learnt, _ = sa.learned(run.tracker).friction(0.3)
     assert (np.abs(learnt) < 0.02 * effort).all()
+
+
+def test_a_loop_that_is_not_as_late_as_believed_is_said_with_effects_and_without() -> None:
+    arm = sa.paper.nominal()
+    tracker = sa.recommended(arm, effort_limit=40.0, delay=1)
+    path = sa.Quintic((0.0, 0.0), goal=(0.3, 0.3), duration=0.5)
+    for effects, late in ((None, 0), (sa.Effects(delay=2), 2), (sa.Effects(delay=1), None)):
+        run = sa.simulate(sa.Plant(arm), tracker, path, 0.2, control_period=1e-3, effects=effects)
+        said = [note for note in run.notes if note.startswith("delay: ")]
+        if late is None:
+            assert not said
+        else:
+            assert f"late by {late} samples" in said[0] and f"delay={late}" in said[0]
