@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from steadyarm import plots
 from steadyarm._look import LOOKS
+from steadyarm.comparison import Comparison, Row
 
 
 @pytest.fixture(scope="module")
@@ -116,15 +118,11 @@ def test_a_diverged_run_says_so_and_stays_readable(diverged):
 
 
 def test_an_interrupted_run_says_so(plain):
-    from dataclasses import replace
-
     stopped = replace(plain, status=sa.Status("interrupted", 2.0, "it was stopped"))
     assert "interrupted at t = 2 s" in stopped.plot().get_suptitle()
 
 
 def test_a_run_of_one_row_can_be_drawn(plain):
-    from dataclasses import replace
-
     arrays = {name: value for name, value in vars(plain).items() if isinstance(value, np.ndarray)}
     one = replace(plain, **{name: value[:1] for name, value in arrays.items()})
     assert one.plot()._repr_png_().startswith(b"\x89PNG")
@@ -175,10 +173,55 @@ def test_approximation_is_logarithmic_with_the_rule_counts_on_the_axis():
     )
 
 
-@pytest.mark.parametrize("draw", [lambda: plots.errors({}), lambda: plots.approximation([])])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda: plots.errors({}),
+        lambda: plots.approximation([]),
+        lambda: plots.pareto(Comparison([Row("refused", status="refused")])),
+    ],
+)
 def test_nothing_to_draw_is_refused(draw):
     with pytest.raises(ValueError, match="got none"):
         draw()
+
+
+ROWS = [
+    Row("quiet", steady_rms_e=2e-3, torque_variation=100.0),
+    Row("precise", steady_rms_e=1e-4, torque_variation=900.0),
+    Row("worse", steady_rms_e=3e-3, torque_variation=950.0),
+    Row("refused", status="refused"),
+]
+
+
+def test_the_pareto_picture_joins_those_that_no_other_beats():
+    (axes,) = plots.pareto(Comparison(ROWS)).axes
+    every, best = (np.transpose(line.get_data()).tolist() for line in axes.get_lines())
+    assert sorted(every) == [[100.0, 2.0], [900.0, 0.1], [950.0, 3.0]]
+    assert best == [[100.0, 2.0], [900.0, 0.1]]
+    assert [text.get_text() for text in axes.texts] == ["precise", "quiet", "worse"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (
+        "torque variation [N·m/s]",
+        "steady RMS of the error [mrad]",
+    )
+
+
+def test_names_in_the_pareto_picture_do_not_meet_and_stay_within():
+    rows = [Row(f"controller {k}", steady_rms_e=0.1 / k, torque_variation=k) for k in range(1, 40)]
+    figure = plots.pareto(Comparison(rows), width=3.5, style="dark")
+    renderer = drawn(figure)
+    (axes,) = figure.axes
+    boxes = [text.get_window_extent(renderer) for text in axes.texts]
+    assert len(boxes) >= 3
+    for k, box in enumerate(boxes):
+        assert axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 + 1
+        assert not any(box.overlaps(other) for other in boxes[:k])
+
+
+def test_the_pareto_picture_wants_one_scenario():
+    rows = [replace(row, scenario=name) for row in ROWS for name in "ab"]
+    with pytest.raises(ValueError, match=r"^comparison: got the scenarios 'a', 'b', wants rows"):
+        plots.pareto(Comparison(rows))
 
 
 def test_a_notebook_shows_the_picture(plain):
@@ -378,9 +421,8 @@ def test_curves_keep_their_peaks_on_few_points(plain):
 
 
 def test_vector_files_are_small_and_keep_letters(tmp_path, seven):
-    figure = seven.plot()
-    figure.savefig(tmp_path / "run.pdf")
-    figure.savefig(tmp_path / "run.svg")
+    seven.plot().savefig(tmp_path / "run.pdf")
+    seven.plot("e", joints=4).savefig(tmp_path / "run.svg")
     pdf = (tmp_path / "run.pdf").read_bytes()
     assert b"/Type42" in pdf or b"/CIDFontType2" in pdf
     assert b"/Type3" not in pdf
@@ -390,7 +432,7 @@ def test_vector_files_are_small_and_keep_letters(tmp_path, seven):
 
 @pytest.mark.parametrize("style", ["light", "dark"])
 def test_letters_and_curves_stand_out_in_both_styles(seven, style):
-    figure = seven.plot(style=style)
+    figure = seven.plot(style=style, joints=[1, 2])
     drawn(figure)
     paper = luminance(figure.get_facecolor())
     assert (paper > 0.9) == (style == "light")
