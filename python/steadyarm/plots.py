@@ -16,6 +16,7 @@ The panels of a signal have one scale. One of a joint with far smaller numbers i
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import cycle
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,6 +39,11 @@ WORDS = {"q": "position", "e": "error", "tau": "torque", "rho": "model error"}
 WHOLES = {"weights_norm": "weights, |W|", "V": "Lyapunov function V"}
 """… and those of one number."""
 
+OF_EFFECTS = (
+    "q_measured", "dq_measured", "tau_commanded", "q_motor", "tau_cogging", "sample_age",
+)  # fmt: skip
+"""Signals of sensors and drives, which are nearly those of the arm: drawn by name alone."""
+
 CROWD = 24
 """Of more controllers than these only the best have their names in a picture."""
 
@@ -54,13 +60,14 @@ def overview(
 
     From the top: position, error, torque with its two parts (if it was recorded); with a
     compensator also what the model leaves out (ρ) against its estimate (ρ̂), the size of the weights
-    and the Lyapunov function V, and what the compensator adds. Of a run that blew up the axes show
-    the part that can be read, and the title says what happened. Arguments: see `steadyarm.plots`.
+    and the Lyapunov function V, and what the compensator adds: torques beside the others. What
+    sensors and drives add is left to `signals`. Of a run that blew up the axes show the part that
+    can be read, and the title says what happened. Arguments: see `steadyarm.plots`.
     """
     part = Part.of(run, joints, window)
     adaptive = run.weights_norm is not None and run.V is not None
     names = ["q", "e", *["tau"] * bool(len(run.tau)), *["rho"] * adaptive]
-    own = [channel.name for channel in run.own]
+    own = [name for name in _own(run) if name not in _own_torques(run)]
     plan = [
         *[len(part.joints)] * len(names), *[len(WHOLES)] * adaptive,
         *(_panels(part, name) for name in own),
@@ -306,16 +313,30 @@ def _error(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
 
 
 def _torque(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
-    look, whole = sheet.look, part.run.weights_norm is None
-    lines: dict[str, tuple[str, dict[str, Any]]] = {
-        "tau": ("" if whole else "applied", {"color": look.ink, "linewidth": 1.0 if whole else 1.8})
-    }
-    if not whole:
-        model = {"color": look.sky, "linestyle": DASHED}
-        compensation = {"color": look.green, "linestyle": DASH_DOT}
-        lines["tau_model"] = ("from the model", model)
-        lines["tau_compensation"] = ("from the compensator", compensation)
+    look, parts = sheet.look, dict.fromkeys(_own_torques(part.run), "")
+    if part.run.weights_norm is not None:
+        parts = {
+            "tau_model": "from the model",
+            "tau_compensation": "from the compensator",
+            **parts,
+        }
+    applied = {"color": look.ink, "linewidth": 1.8 if parts else 1.0}
+    lines: dict[str, tuple[str, dict[str, Any]]] = {"tau": ("applied" if parts else "", applied)}
+    fillings = zip((look.sky, look.green, look.orange), (DASHED, DASH_DOT, DOTTED), strict=True)
+    for (name, label), (colour, line) in zip(parts.items(), cycle(fillings), strict=False):
+        lines[name] = (label or name, {"color": colour, "linestyle": line})
     _lines(sheet, part, axes, joint, lines)
+
+
+def _own(run: Run) -> list[str]:
+    """Signals that the compensator adds."""
+    return [channel.name for channel in run.own if channel.name not in OF_EFFECTS]
+
+
+def _own_torques(run: Run) -> list[str]:
+    """Those which are torques of the joints."""
+    torques = [name for name in _own(run) if run.channels[name].unit == "N·m"]
+    return [name for name in torques if run.channels[name].shape]
 
 
 def _model_error(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:

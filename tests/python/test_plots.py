@@ -313,6 +313,18 @@ def test_seven_joints_have_letters_of_print_and_no_panel_in_another(seven, width
     assert whole.x0 >= 0 and whole.x1 <= size[0] and whole.y0 >= 0 and whole.y1 <= size[1]
 
 
+def test_what_a_controller_adds_is_drawn_and_what_sensors_add_is_not():
+    scene = sa.Scenario.read("paper_sensors")
+    plain, learning = (scene.simulate(name, duration=0.2) for name in ("pid", "recommended"))
+    assert {channel.name for channel in plain.own} == set(plots.OF_EFFECTS)
+    assert len(plain.plot().axes) == len(learning.plot().axes) == 3 * 2
+    torque = learning.plot().axes[4]
+    for line, name in zip(torque.get_lines(), ("tau", "tau_learned", "tau_observed"), strict=False):
+        assert np.array_equal(line.get_ydata(), getattr(learning, name)[:, 0])
+    assert {"applied", "tau_learned", "tau_observed"} < set(legends(learning.plot()))
+    assert labels(plain.plot("q_measured", "sample_age")) == ["q_measured [rad]", "sample_age [s]"]
+
+
 def test_joints_have_their_names_and_are_chosen_by_them(seven):
     names = [axes.get_title("right") for axes in panels(seven.plot("q", "e"), "e ")]
     assert names == [f"panda_joint{n}" for n in range(1, 8)]
