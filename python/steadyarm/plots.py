@@ -320,7 +320,7 @@ def _torque(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
             "tau_compensation": "from the compensator",
             **parts,
         }
-    applied = {"color": look.ink, "linewidth": 1.8 if parts else 1.0}
+    applied = {"color": look.ink, "linewidth": 1.5 if parts else 1.0}
     lines: dict[str, tuple[str, dict[str, Any]]] = {"tau": ("applied" if parts else "", applied)}
     fillings = zip((look.sky, look.green, look.orange), (DASHED, DASH_DOT, DOTTED), strict=True)
     for (name, label), (colour, line) in zip(parts.items(), cycle(fillings), strict=False):
