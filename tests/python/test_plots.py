@@ -122,6 +122,16 @@ def test_an_interrupted_run_says_so(plain):
     assert "interrupted at t = 2 s" in stopped.plot().get_suptitle()
 
 
+@pytest.mark.parametrize("gap", [slice(5, 20), slice(None)])
+def test_what_is_not_finite_is_a_gap(plain, gap):
+    e = plain.e.copy()
+    e[gap, 0] = np.nan
+    figure = replace(plain, e=e).plot("e", joints=1)
+    low, high = figure.axes[0].get_ylim()
+    assert np.isfinite([low, high]).all() and low < high
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
 def test_a_run_of_one_row_can_be_drawn(plain):
     arrays = {name: value for name, value in vars(plain).items() if isinstance(value, np.ndarray)}
     one = replace(plain, **{name: value[:1] for name, value in arrays.items()})
@@ -462,11 +472,39 @@ def test_curves_that_are_compared_differ_without_colours():
         assert len(set(lines)) == len(lines) and len(set(hatches)) == len(hatches)
 
 
+BLINDNESS = {
+    "deutan": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "protan": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "tritan": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+"""What is seen of linear red, green and blue (Machado, Oliveira, Fernandes 2009)."""
+
+
+@pytest.mark.parametrize("kind", BLINDNESS)
+@pytest.mark.parametrize("style", LOOKS)
+def test_colours_that_are_compared_differ_for_the_colour_blind(kind, style):
+    seen = [perceived(BLINDNESS[kind] @ linear(colour)) for colour, _ in LOOKS[style].cycle]
+    assert min(np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]) > 10.0
+
+
+def perceived(rgb):
+    """CIE L*a*b* of linear red, green and blue."""
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    xyz = to_xyz @ rgb.clip(0, 1) / to_xyz.sum(axis=1)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def linear(colour):
+    channels = np.array(to_rgb(colour))
+    return np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+
+
 def luminance(colour):
     """Of WCAG 2."""
-    channels = np.array(to_rgb(colour))
-    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
-    return float(linear @ (0.2126, 0.7152, 0.0722))
+    return float(linear(colour) @ (0.2126, 0.7152, 0.0722))
 
 
 def contrast(one, other):
