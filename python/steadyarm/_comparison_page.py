@@ -8,7 +8,7 @@ from html import escape
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from . import _comparison_data, _pareto
+from . import _comparison_data, _html, _pareto
 from ._comparison_words import digits, done, explained, plain, used
 from ._figures import Figure, Value
 
@@ -23,10 +23,10 @@ def page(comparison: Comparison, arm: Any, sort: str | None) -> str:
     lines = comparison.table(sort)
     groups = _groups(lines)
     title = comparison.scenario if _short(comparison.scenario) else TITLE
-    body = [f"<h1>{_text(title)}</h1>", *_notes(comparison)]
+    body = [f"<h1>{_html.text(title)}</h1>", *_notes(comparison)]
     for number, (scenario, group) in enumerate(groups.items()):
         body += ["<section>"]
-        body += [f"<h2>{_text(scenario)}</h2>"] * bool(scenario)
+        body += [f"<h2>{_html.text(scenario)}</h2>"] * bool(scenario)
         body += [_table(group, f"caption-{number}", _caption(scenario, lines), sort)]
         body += [_told(group), _pareto.drawn(group, number), "</section>"]
     data = _comparison_data.collected(groups, arm)
@@ -34,14 +34,14 @@ def page(comparison: Comparison, arm: Any, sort: str | None) -> str:
         body += [_part("_comparison.html")]
         body += [f'<script type="application/json" id="data">{_embedded(data)}</script>']
     if comparison.scenario and not _short(comparison.scenario):
-        told = _text(comparison.scenario, lines=True)
+        told = _lines(comparison.scenario)
         body += [f"<details><summary>The scenario</summary><pre>{told}</pre></details>"]
     body += [f"<script>\n{_part('_comparison.js')}</script>"]
     head = [
         '<meta charset="utf-8">',
         '<meta name="viewport" content="width=device-width, initial-scale=1">',
         '<meta name="color-scheme" content="light dark">',
-        f"<title>{_text(title)}</title>",
+        f"<title>{_html.text(title)}</title>",
         f"<style>\n{_part('_comparison.css')}</style>",
     ]
     parts = [
@@ -58,7 +58,7 @@ def fragment(comparison: Comparison, sort: str | None) -> str:
     for number, (scenario, group) in enumerate(_groups(lines).items()):
         parts += [_table(group, f"caption-{number}", _caption(scenario, lines), sort)]
         parts += [_told(group)]
-    return "\n".join(part for part in [*parts, *_notes(comparison)] if part)
+    return _html.joined([*parts, *_notes(comparison)])
 
 
 def _groups(lines: Sequence[Line]) -> dict[str, list[Line]]:
@@ -84,25 +84,24 @@ def _table(lines: Sequence[Line], name: str, caption: str, sort: str | None) -> 
     figures = used(lines)
     order = ' aria-sort="ascending"'
     heads = [
-        f'<th scope="col"{order * (figure.name == sort)} title="{escape(figure.doc)}">'
-        f"{escape(figure.head)} <small>[{escape(figure.shown)}]</small></th>"
-        for figure in figures
+        _html.head("controller", attributes=order * (sort == "controller")),
+        *(
+            _html.head(
+                figure.head,
+                figure.shown,
+                f'{order * (figure.name == sort)} title="{escape(figure.doc)}"',
+            )
+            for figure in figures
+        ),
+        _html.head("done", attributes=' title="how many of the runs finished"'),
     ]
     rows = []
     for line in lines:
         cells = [_cell(line, figure) for figure in figures]
-        head = f'<th scope="row">{_text(line.controller)}</th>'
+        head = f'<th scope="row">{_html.text(line.controller)}</th>'
         end = f'<td data-value="{line.finished}">{done(line)}</td>'
         rows.append(f'<tr class="{line.status}">{head}{"".join(cells)}{end}</tr>')
-    parts = [
-        f'<div class="wide" tabindex="0" role="region" aria-labelledby="{name}"><table>',
-        f'<caption id="{name}"><span>{escape(caption)}</span></caption>',
-        f'<thead><tr><th scope="col"{order * (sort == "controller")}>controller</th>',
-        *heads,
-        '<th scope="col" title="how many of the runs finished">done</th></tr></thead>',
-        "<tbody>", *rows, "</tbody></table></div>",
-    ]  # fmt: skip
-    return "\n".join(parts)
+    return _html.table(caption, heads, rows, name)
 
 
 def _cell(line: Line, figure: Figure) -> str:
@@ -133,23 +132,21 @@ def _told(lines: Sequence[Line]) -> str:
     told = [(line.controller, explained(line)) for line in lines if explained(line)]
     if not told:
         return ""
-    items = [f"<li><strong>{_text(name)}</strong> {escape(why)}</li>" for name, why in told]
+    items = [f"<li><strong>{_html.text(name)}</strong> {escape(why)}</li>" for name, why in told]
     return "\n".join(['<ul class="told">', *items, "</ul>"])
 
 
 def _notes(comparison: Comparison) -> list[str]:
-    return [f"<p>{_text(note)}</p>" for note in comparison.notes]
+    return [f"<p>{_html.text(note)}</p>" for note in comparison.notes]
 
 
 def _short(text: str) -> bool:
     return bool(text) and "\n" not in text
 
 
-def _text(text: str, lines: bool = False) -> str:
-    """Text that a page shows as it stands."""
-    if lines:
-        return "\n".join(_text(line) for line in text.splitlines())
-    return escape(plain(text))
+def _lines(words: str) -> str:
+    """Text of several lines that a page shows as it stands."""
+    return "\n".join(_html.text(line) for line in words.splitlines())
 
 
 def _embedded(data: Any) -> str:

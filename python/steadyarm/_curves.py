@@ -84,14 +84,32 @@ class Curves:
         return cls(t, *(parts[name].T for name in SIGNALS))
 
 
+def outline(t: Array, values: Array, points: int) -> tuple[Array, Array]:
+    """A curve in at most so many samples: ends and peaks, each where it is.
+
+    A page cannot show more than the smallest and the largest value of a stretch as narrow as a dot.
+    """
+    if len(t) <= points:
+        return t, values
+    edges = np.linspace(0, len(t), max(points // 2, 2)).astype(np.intp)
+    rows = np.unique([0, *_extremes(values[:, None], edges)[:, 0], len(t) - 1])
+    return t[rows], values[rows]
+
+
 def _envelope(signal: Array, edges: NDArray[np.intp]) -> Array:
     """The smallest and the largest value of every stretch, in the order in which they came."""
-    thinned = np.empty((2 * (len(edges) - 1), signal.shape[1]))
+    thinned: Array = np.take_along_axis(signal, _extremes(signal, edges), axis=0)
+    return thinned
+
+
+def _extremes(signal: Array, edges: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Their rows, two a stretch."""
+    rows = np.empty((2 * (len(edges) - 1), signal.shape[1]), np.intp)
     for k, (start, end) in enumerate(pairwise(edges)):
         part = signal[start:end]
-        ends = np.sort([part.argmin(axis=0), part.argmax(axis=0)], axis=0)
-        thinned[2 * k : 2 * k + 2] = np.take_along_axis(part, ends, axis=0)
-    return thinned
+        ends = [part.argmin(axis=0), part.argmax(axis=0)]
+        rows[2 * k : 2 * k + 2] = start + np.sort(ends, axis=0)
+    return rows
 
 
 def _short(values: Array) -> Array:

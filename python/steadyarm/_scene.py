@@ -11,12 +11,14 @@ import inspect
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 
 from . import _core
+from ._joints import numbered
 
 VERSION = version("steadyarm")
 """Of the package; looked up once, as that takes longer than a short run."""
@@ -137,6 +139,17 @@ class Scene:
         )
         return made
 
+    @cached_property
+    def joint_kinds(self) -> tuple[str, ...]:
+        """How the plant's joints move; () where a file says what cannot be built."""
+        plant = self.parts["plant"]
+        try:
+            arm = plant.arm if isinstance(plant, _core.Plant) else plant["Plant"]["arm"]
+            made: _core.Arm = _object(arm, "arm", _core.Arm)
+        except (ValueError, TypeError, KeyError, RecursionError):
+            return ()
+        return made.joint_kinds
+
     @property
     def options(self) -> dict[str, Any]:
         """What `simulate` was given beside plant, tracker and reference."""
@@ -168,7 +181,7 @@ def joint_names(arm: Any, joints: int) -> list[str]:
     """The names of an arm's joints, or else their numbers."""
     if isinstance(arm, _core.Serial):
         return list(arm.joint_names)
-    return [str(joint + 1) for joint in range(joints)]
+    return list(numbered(joints))
 
 
 def arguments(value: Any) -> dict[str, Any]:

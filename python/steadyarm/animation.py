@@ -16,8 +16,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from . import _files
+from ._look import LIGHT
+from ._picture import DPI, Picture
 from ._progress import Progress
-from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
 from .run import Run
 
 Array = NDArray[np.float64]
@@ -87,14 +88,20 @@ class _Film:
         FigureCanvasAgg(self.picture)
         axes = self._axes(everything)
         style = {"solid_capstyle": "round", "marker": "o"}
-        (self.ghost,) = axes.plot(*self._sides(self.desired[0]), color=PALE, linewidth=7, **style)
-        (self.trace,) = axes.plot(*self._sides(self.actual[:1, -1]), color=ORANGE, linewidth=1.2)
-        (self.arm,) = axes.plot(*self._sides(self.actual[0]), color=BLUE, linewidth=3.5, **style)
+        (self.ghost,) = axes.plot(
+            *self._sides(self.desired[0]), color=LIGHT.pale, linewidth=7, **style
+        )
+        (self.trace,) = axes.plot(
+            *self._sides(self.actual[:1, -1]), color=LIGHT.orange, linewidth=1.2
+        )
+        (self.arm,) = axes.plot(
+            *self._sides(self.actual[0]), color=LIGHT.blue, linewidth=3.5, **style
+        )
         self.ghost.set_label("desired")
         self.arm.set_label("actual")
         self.trace.set_label("way of the tip")
         axes.legend(loc="upper right", frameon=False, fontsize=9)
-        self.title = axes.set_title("t = 0.00 s", fontsize=11, color=INK)
+        self.title = axes.set_title("t = 0.00 s", fontsize=11, color=LIGHT.ink)
         self.picture.draw_without_rendering()
         self.picture.set_layout_engine("none")  # laid out once, not for every frame
 

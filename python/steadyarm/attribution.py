@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from ._error_loop import responses
+from ._html import Entry, by_joint, joined, listed, text
+from ._joints import Joints, Window, chosen, chosen_one, lengths, rows_in
+from ._look import Style
 from ._mismatch import INSIDE, mismatch
 from .run import Run
 
@@ -45,6 +48,8 @@ WORDS = {
 NAMED, SMALL, DOUBTED = 3, 0.05, 0.3
 """How many causes a sentence names at the most, from which share on, and which rest of the error
 makes it doubt the estimate."""
+
+CANCELLED = "cancelled of what the model lacks [%]"
 
 NOTHING = 1e-12
 """An error [rad] or a torque [N·m] that is smaller is rounding."""
@@ -93,6 +98,8 @@ class Attribution:
     """From when to when the shares are [s]."""
     units: tuple[str, ...]
     """"rad" of each joint, "m" of a prismatic one, whose torques are forces [N]."""
+    joint_names: tuple[str, ...]
+    """Names of the joints; their numbers, from 1, where they have none."""
     notes: tuple[str, ...] = ()
     """What to know of these figures, in words."""
 
@@ -145,14 +152,19 @@ class Attribution:
         there = whole > NOTHING
         return np.where(there, 1.0 - left / np.where(there, whole, 1.0), np.nan)
 
-    def sentence(self, joint: int | None = None) -> str:
+    def sentence(self, joint: int | str | None = None) -> str:
         """Why the error of a joint is what it is, in words.
 
-        ``joint`` counts from 0; None: that with the largest RMS error. Raises ValueError for a
-        joint that is not there.
+        ``joint``: its number, from 1, or its name; None: that with the largest RMS error. Raises
+        ValueError for a joint that is not there.
         """
         size = self.rms_of_error
-        joint = int(np.argmax(size)) if joint is None else self.known(joint)
+        place = int(np.argmax(size)) if joint is None else chosen_one(joint, self.joint_names)
+        return self._said_of(place)
+
+    def _said_of(self, joint: int) -> str:
+        """The sentence about the joint at this place."""
+        size = self.rms_of_error
         of_error = {name: float(share[joint]) for name, share in self.error_shares.items()}
         of_torque = {name: float(share[joint]) for name, share in self.torque_shares.items()}
         start, end = self.window
@@ -171,37 +183,68 @@ class Attribution:
             )
         return f"{said} {self._made_up_for(joint)}"
 
-    def plot(self, *joints: int) -> Figure:
+    def plot(
+        self,
+        *,
+        joints: Joints = None,
+        window: tuple[float, float] | None = None,
+        width: float | None = None,
+        style: Style = "light",
+    ) -> Figure:
         """Draw the torque by cause over the window, and the shares of the error.
 
-        ``joints`` count from 0; none for all of them. Raises ValueError for one that is not there.
+        Parameters
+        ----------
+        joints: some of the joints, by number from 1 or by name: ``[1, "panda_joint4"]``.
+        window: (from, to) [s] of torques and shares, in place of its own.
+        width: of the picture as it will be printed [in]: 7.16, the default, for two columns of a
+            journal, 3.5 for one.
+        style: "light" for paper, or "dark" for dark slides.
         """
         from . import _attribution_plot
 
-        shown = [self.known(joint) for joint in joints] or range(len(self.units))
-        return _attribution_plot.attribution(self, shown)
-
-    def known(self, joint: int) -> int:
-        """The joint, if there is one of this number from 0 on; ValueError if not."""
-        if joint not in range(len(self.units)):
-            raise ValueError(f"joint: got {joint}, wants 0 to {len(self.units) - 1}")
-        return joint
+        found = self if window is None else replace(self, window=_within(self.t, window))
+        shown = chosen(joints, self.joint_names)
+        picture: Figure = _attribution_plot.attribution(found, shown, width, style)
+        return picture
 
     def __str__(self) -> str:
         """The sentence, and the shares in tables."""
         heads = "".join(f"{f'joint {n + 1}':>10}" for n in range(len(self.units)))
         lines = [self.sentence(), *self.notes]
+        for heading, shares in self._tables().items():
+            lines += ["", f"{heading:<38}{heads}"]
+            lines += [f"  {words:<36}{_cells(share)}" for words, share in shares.items()]
+        return "\n".join([*lines, "", f"{CANCELLED:<38}{_cells(self.cancelled)}"])
+
+    def _tables(self) -> dict[str, dict[str, Array]]:
+        """Shares that show, by the heads of their tables and the words of the causes."""
         tables = {
             "of the error, estimated [%]": self.error_shares,
             "of the missing torque [%]": self.torque_shares,
         }
-        for title, shares in tables.items():
-            lines += ["", f"{title:<38}{heads}"]
-            for name, share in shares.items():
-                if (np.abs(share) >= 5e-4).any():
-                    lines.append(f"  {WORDS[name]:<36}{_cells(share)}")
-        cancelled = "cancelled of what the model lacks [%]"
-        return "\n".join([*lines, "", f"{cancelled:<38}{_cells(self.cancelled)}"])
+        return {
+            heading: {
+                WORDS[name]: share
+                for name, share in shares.items()
+                if (np.abs(share) >= 5e-4).any()
+            }
+            for heading, shares in tables.items()
+        }
+
+    def _repr_html_(self) -> str:
+        """The sentence and the tables, for a notebook."""
+        tables = []
+        for heading, shares in self._tables().items():
+            figures = [Entry(words, "", _percents(share)) for words, share in shares.items()]
+            tables.append(by_joint(f"Shares {heading}", self.joint_names, figures))
+        rms = [
+            Entry("RMS error", "mrad", 1e3 * self.rms_of_error),
+            Entry(CANCELLED.removesuffix(" [%]"), "%", _percents(self.cancelled)),
+        ]
+        whole = by_joint("Error and what is cancelled.", self.joint_names, rms, self.units)
+        said = f"<p>{text(self.sentence())}</p>"
+        return joined([said, whole, *tables, listed("Notes:", self.notes)])
 
     def _made_up_for(self, joint: int) -> str:
         share = float(self.cancelled[joint])
@@ -274,16 +317,20 @@ def attribution(
         raise TypeError(f"unloaded: got {unloaded!r:.80}, wants an Arm")
     if unloaded is not None and unloaded.joints != run.joints:
         raise ValueError(f"unloaded: got {unloaded.joints} joints, wants {run.joints}")
-    start, end = (float(run.t[0]), float(run.t[-1])) if window is None else window
-    start, end = max(start, float(run.t[0])), min(end, float(run.t[-1]))
-    if not ((run.t >= start) & (run.t <= end)).any():
-        raise ValueError(f"window: got {window}, wants one with a row of the run in it")
+    shown = _within(run.t, window)
     lacks = mismatch(run, scene, disturbance, unloaded)
     torque = {name: lacks.parts[name] for name in WORDS if name in lacks.parts}
     found = responses(run, lacks)
     error = {name: found[name] for name in WORDS if name in found}
-    units = tuple("m" if kind == "prismatic" else "rad" for kind in lacks.kinds)
-    return Attribution(run.t, torque, lacks.whole, error, run.e, (start, end), units, lacks.notes)
+    units, names = lengths(lacks.kinds), tuple(run.joint_names)
+    return Attribution(run.t, torque, lacks.whole, error, run.e, shown, units, names, lacks.notes)
+
+
+def _within(t: Array, window: Window) -> tuple[float, float]:
+    """The window, as far as the run goes."""
+    rows_in(t, window)
+    start, end = (-np.inf, np.inf) if window is None else window
+    return max(float(start), float(t[0])), min(float(end), float(t[-1]))
 
 
 def _listed(shares: Mapping[str, float], link: str) -> str:
@@ -303,9 +350,12 @@ def percent(share: float) -> str:
 
 def _cells(shares: Array) -> str:
     """A row of a table, in percent."""
-    return "".join(
-        f"{'–' if np.isnan(x) else f'{round(100.0 * x, 1) + 0.0:.1f}':>10}" for x in shares
-    )
+    return "".join(f"{share:>10}" for share in _percents(shares))
+
+
+def _percents(shares: Array) -> list[str]:
+    """Shares in percent, with one digit after the point."""
+    return ["–" if np.isnan(x) else f"{round(100.0 * x, 1) + 0.0:.1f}" for x in shares]
 
 
 def _rms(values: Array) -> Array:

@@ -4,16 +4,32 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._html import Entry, by_joint, joined, listed, text
+from ._joints import chosen_one, lengths, numbered
+from ._scene import arguments, joint_names
 from .learnable import Learnable, learnable
 from .paths import Path, reference_of
 
 Array = NDArray[np.float64]
+
+
+class LinearModel(NamedTuple):
+    """The closed loop of a joint, ẋ = A x + B ρ and e = C x + D ρ, from ρ [rad/s²] to e [rad].
+
+    x is [e, ė, ρ̂]; [e, ė] without a compensator. What the model leaves out is ρ, positive as in
+    `Run.rho`. ``control.ss(*model)`` and ``scipy.signal.StateSpace(*model)`` take it.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +74,12 @@ class DesignReport:
     """kv M₀ⱼⱼ [N·m·s/rad], likewise."""
     poles: NDArray[np.complex128]
     """Poles of the linear model (n, 3) [1/s]; the integrator's is 0 without a compensator."""
+    kp: Array
+    """Feedback on position [1/s²]."""
+    kv: Array
+    """Feedback on velocity [1/s]."""
+    leak_rate: float | None
+    """Of the compensator [1/s]; None without one."""
     findings: tuple[str, ...]
     """What to know before going ahead, in words."""
     sound: bool
@@ -86,6 +108,35 @@ class DesignReport:
     learnable: Learnable | None = None
     """What the path teaches, whatever learns, and how it is covered by sets; see
     `steadyarm.learnable`. None without a path."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joints; () or their numbers, from 1, where they have none."""
+    units: tuple[str, ...] = ()
+    """"rad" of each joint, "m" of a prismatic one."""
+
+    def linear_model(self, joint: int | str) -> LinearModel:
+        """The closed loop of a joint by itself, whose ``poles`` the report has, in continuous time.
+
+        ``joint``: its number, from 1, or its name. ``control.ss(*report.linear_model(1))`` is a
+        system of python-control; ``rms`` without a path, or with a ``disturbance``, is its answer
+        to that. Along a path k_I is the largest and the inertia ratio the mean along it. Raises
+        ValueError for a joint that is not there, and where the loop cannot be known without a path.
+        """
+        n = chosen_one(joint, self.joint_names or numbered(len(self.p11)))
+        poles, kp, kv = self.poles[n], self.kp[n], self.kv[n]
+        if np.isnan(poles).any():
+            raise ValueError(
+                f"joint: the loop of {joint!r} is not known without a path; give path="
+            )
+        leak_rate = self.leak_rate or 0.0
+        # The sum of the poles is -(G kv + λ): all else is in the report.
+        ratio = (-float(poles.sum().real) - leak_rate) / kv
+        A = np.array([[0.0, 1.0, 0.0], [-ratio * kp, -ratio * kv, -ratio], [0.0, 0.0, -leak_rate]])
+        B, C = np.array([[0.0], [ratio], [0.0]]), np.array([[1.0, 0.0, 0.0]])
+        order = 2
+        if self.leak_rate is not None:
+            A[2, :2] = self.k_i[n] * self.p12[n], self.k_i[n] * self.p22[n]
+            order = 3
+        return LinearModel(A[:order, :order], B[:order], C[:, :order], np.zeros((1, 1)))
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
@@ -94,20 +145,44 @@ class DesignReport:
             if not np.isnan(row).all():
                 lines.append(f"{name:<35}" + "".join(f"{x:13.6g}" for x in row))
         for n, poles in enumerate(self.poles):
-            known = [f"{z:.4g}" for z in poles if not np.isnan(z)]
-            if known:
-                lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(known))
+            known = poles[~np.isnan(poles)]
+            if len(known):
+                lines.append(f"poles of joint {n + 1} [1/s]: " + ", ".join(map(_pole, known)))
         if self.learnable is not None:
             lines += ["", "What this path can teach:", str(self.learnable)]
         if self.left_out:
             lines += ["", "Not in these figures: " + "; ".join(self.left_out) + "."]
-        if self.findings:
-            link = ", but know that" if self.sound else ":"
-            lines += ["", f"Verdict: {self.verdict}{link}"]
-            lines += [f"  - {finding}" for finding in self.findings]
-        else:
-            lines += ["", f"Verdict: {self.verdict}."]
+        lines += ["", self._judged(), *(f"  - {finding}" for finding in self.findings)]
         return "\n".join(lines)
+
+    def _judged(self) -> str:
+        """The verdict, as what leads to the findings."""
+        link = "." if not self.findings else ", but know that" if self.sound else ":"
+        return f"Verdict: {self.verdict}{link}"
+
+    def _repr_html_(self) -> str:
+        """The report for a notebook: its table, and below it the verdict with the findings."""
+        figures = []
+        for name, row in self._rows().items():
+            words, _, unit = name.removesuffix("]").partition(" [")
+            # Three digits do not tell a radius from 1.
+            values = [f"{x:.6g}" for x in row] if row is self.sampled_radius else row
+            if not np.isnan(row).all():
+                figures.append(Entry(words, unit, values))
+        poles = [", ".join(map(_pole, row[~np.isnan(row)])) for row in self.poles]
+        if any(poles):
+            figures.append(Entry("poles", "1/s", poles))
+        names = self.joint_names or numbered(len(self.p11))
+        teaches = () if self.learnable is None else self.learnable.sentences
+        verdict = f"<p><strong>{text(self._judged())}</strong></p>"
+        return joined(
+            [
+                by_joint("What the controller will do.", names, figures, self.units),
+                listed(self._judged(), self.findings) or verdict,
+                listed("What this path can teach:", teaches),
+                listed("Not in these figures:", self.left_out),
+            ]
+        )
 
     def _rows(self) -> dict[str, Array]:
         rows = {
@@ -133,6 +208,10 @@ class DesignReport:
         if self.survives is not None:
             rows["learnt: survives a freeze [%]"] = 100 * self.survives
         return rows
+
+
+def _pole(z: complex) -> str:
+    return f"{z.real:.4g}" if z.imag == 0.0 else f"{z:.4g}"
 
 
 def design(
@@ -193,5 +272,15 @@ def design(
     for name in ("findings", "left_out", "rules_excited", "directions"):
         if figures.get(name) is not None:
             figures[name] = tuple(figures[name])
+    compensator = tracker.compensator
     teaches = None if path is None else learnable(tracker, path, duration)
-    return DesignReport(poles=poles, **figures, learnable=teaches)
+    return DesignReport(
+        poles=poles,
+        kp=tracker.kp,
+        kv=tracker.kv,
+        leak_rate=None if compensator is None else arguments(compensator)["leak_rate"],
+        **figures,
+        learnable=teaches,
+        joint_names=tuple(joint_names(tracker.arm, len(poles))),
+        units=lengths(tracker.arm.joint_kinds),
+    )

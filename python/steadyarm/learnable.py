@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._html import Entry, by_joint, joined, listed
+from ._joints import lengths, numbered
+from ._scene import joint_names
 from .centers import Outside, coverage
 from .paths import Course, Path, sample
 
@@ -67,6 +70,10 @@ class Learnable:
     more; None without a compensator."""
     outside: tuple[Outside, ...] = ()
     """The inputs that leave their sets."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joints; () or their numbers, from 1, where they have none."""
+    units: tuple[str, ...] = ()
+    """"rad" of each joint, "m" of a prismatic one."""
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -75,6 +82,22 @@ class Learnable:
 
     def __str__(self) -> str:
         return "\n".join(f"  - {sentence}" for sentence in self.sentences)
+
+    def _repr_html_(self) -> str:
+        """A table of the joints for a notebook, and below it what the path teaches."""
+        back, forth = self.speeds
+        figures = [
+            Entry("fastest backwards", "rad/s", back),
+            Entry("fastest forwards", "rad/s", forth),
+            Entry("its friction is shown", "", self.friction),
+        ]
+        names = self.joint_names or numbered(len(self.friction))
+        return joined(
+            [
+                by_joint("What the path shows of each joint.", names, figures, self.units),
+                listed("What this path can teach:", self.sentences),
+            ]
+        )
 
     def _of_friction(self) -> list[str]:
         lines = []
@@ -202,6 +225,8 @@ def learnable(
         payload_inertia=deviations[4:],
         coverage=covered[0],
         outside=covered[1],
+        joint_names=tuple(joint_names(arm, arm.joints)),
+        units=lengths(arm.joint_kinds),
     )
 
 

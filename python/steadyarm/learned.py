@@ -9,6 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
+from ._html import Entry, by_joint, joined, listed
+from ._joints import lengths, numbered
+from ._scene import joint_names
 
 Array = NDArray[np.float64]
 
@@ -56,6 +59,10 @@ class Learned:
     """Columns of each joint of its own, the last of all parameters."""
     widths: Array
     """Of the steps of friction [rad/s]."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joints; () or their numbers, from 1, where they have none."""
+    units: tuple[str, ...] = ()
+    """"rad" of each joint, "m" of a prismatic one."""
 
     def friction(self, velocity: ArrayLike) -> tuple[Array, Array]:
         """The friction that was learnt at a velocity [rad/s], scalar or (n,), beyond what is
@@ -74,7 +81,14 @@ class Learned:
     def sentences(self) -> list[str]:
         """What there is to say, a sentence an entry."""
         p = ", ".join(f"{x:.3g}" for x in self.bandwidth)
-        said = [f"bandwidth {p} rad/s"]
+        said = [f"bandwidth {p} rad/s", *self._of_the_arm()]
+        for velocity in (SLOW, FAST):
+            said.append(f"friction at {velocity:g} rad/s: {', '.join(self._rubs(velocity))} N·m")
+        return said
+
+    def _of_the_arm(self) -> list[str]:
+        """What is not of each joint."""
+        said = []
         if self.condition > SURE:
             doubt = (
                 "the proof says nothing" if self.condition > DOUBTFUL else "it is near the limit"
@@ -92,11 +106,31 @@ class Learned:
         if self.payload_com is not None:
             com = ", ".join(f"{1e3 * x:.0f}" for x in self.payload_com)
             said.append(f"its centre of mass, from the last joint: ({com}) mm")
-        for velocity in (SLOW, FAST):
-            torque, deviation = self.friction(velocity)
-            parts = ", ".join(f"{t:.3g} ± {d:.2g}" for t, d in zip(torque, deviation, strict=True))
-            said.append(f"friction at {velocity:g} rad/s: {parts} N·m")
         return said
+
+    def _rubs(self, velocity: float) -> list[str]:
+        """Friction of each joint at a velocity, with its deviation, in words."""
+        pairs = zip(*self.friction(velocity), strict=True)
+        return [f"{torque:.3g} ± {deviation:.2g}" for torque, deviation in pairs]
+
+    def _repr_html_(self) -> str:
+        """A table of the joints for a notebook, and below it what was learnt of the arm."""
+        figures = [
+            Entry("bandwidth", "rad/s", self.bandwidth),
+            Entry("second velocity filter", "Hz", self.cut_off),
+            Entry("quickest it can be", "rad/s²", self.quickness),
+            *(
+                Entry(f"friction at {velocity:g} rad/s", "N·m", self._rubs(velocity))
+                for velocity in (SLOW, FAST)
+            ),
+        ]
+        names = self.joint_names or numbered(len(self.bandwidth))
+        return joined(
+            [
+                by_joint("What was learnt, beyond what is believed.", names, figures, self.units),
+                listed("Of the whole arm:", self._of_the_arm()),
+            ]
+        )
 
     def __str__(self) -> str:
         return "\n".join(self.sentences())
@@ -135,6 +169,8 @@ def learned(controller: _core.Controller) -> Learned:
         covariance=covariance,
         own=own,
         widths=told["friction_widths"],
+        joint_names=tuple(joint_names(controller.arm, joints)),
+        units=lengths(controller.arm.joint_kinds),
     )
 
 

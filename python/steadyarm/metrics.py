@@ -7,6 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ._figures import FIGURES
+from ._html import Entry, by_joint
+from ._joints import numbered
+
 Array = NDArray[np.float64]
 
 UNITS = {
@@ -42,6 +46,10 @@ class Metrics:
     """Largest torque [N·m]."""
     torque_variation: Array
     """How much the torque moves, Σ|Δτ| per second [N·m/s]."""
+    joint_names: tuple[str, ...] = ()
+    """Names of the joints; () or their numbers, from 1, where they have none."""
+    units: tuple[str, ...] = ()
+    """"rad" of each joint, "m" of a prismatic one."""
 
     def _recorded(self) -> list[str]:
         return [name for name in UNITS if len(getattr(self, name))]
@@ -53,6 +61,16 @@ class Metrics:
 
         head = " " * 27 + " ".join(f"{f'joint {n + 1}':>12}" for n in range(len(self.rms_e)))
         return "\n".join([head, *map(row, self._recorded())])
+
+    def _repr_html_(self) -> str:
+        """The table, for a notebook; all digits are in the titles of its cells."""
+        rows = []
+        for name in self._recorded():
+            told = FIGURES[name]
+            values = told.scale * np.asarray(getattr(self, name))
+            rows.append(Entry(told.head, told.shown, values))
+        names = self.joint_names or numbered(len(self.rms_e))
+        return by_joint("How good the run was.", names, rows, self.units)
 
     def __repr__(self) -> str:
         words = (f"{name}={getattr(self, name)} {UNITS[name]}" for name in self._recorded())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, make_dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
+from ._joints import Joints, Window, lengths_of
+from ._look import Style
 from ._scene import Scene, joint_names
 from .metrics import Metrics
 
@@ -338,17 +340,34 @@ class Run(_Columns):
         """
         window = (0.0, float("inf")) if window is None else window
         tau = self.tau if len(self.tau) else None
-        return Metrics(**_core.metrics(self.t, self.e, tau, window, band))
+        figures = _core.metrics(self.t, self.e, tau, window, band)
+        return Metrics(**figures, joint_names=tuple(self.joint_names), units=lengths_of(self))
 
-    def plot(self, *names: str) -> Figure:
+    def plot(
+        self,
+        *names: str,
+        joints: Joints = None,
+        window: Window = None,
+        width: float | None = None,
+        style: Style = "light",
+    ) -> Figure:
         """Draw the signals of these names, or else the whole run; return the figure.
 
         The whole: position, error, torque, (with a compensator) ρ against ρ̂, and what the
         compensator adds. `channels` has the names.
+
+        Parameters
+        ----------
+        joints: some of the joints, by number from 1 or by name: ``[1, "panda_joint4"]``.
+        window: (from, to) [s].
+        width: of the picture as it will be printed [in]: 7.16, the default, for two columns of a
+            journal, 3.5 for one. Letters have 7 and 8 pt there.
+        style: "light" for paper, or "dark" for dark slides.
         """
         from . import plots
 
-        return plots.signals(self, names) if names else plots.overview(self)
+        draw = partial(plots.signals, self, names) if names else partial(plots.overview, self)
+        return draw(joints=joints, window=window, width=width, style=style)
 
     def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
         """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.

@@ -152,7 +152,8 @@ def test_the_sentence_names_joint_cause_and_what_is_cancelled() -> None:
     # The integral takes gravity off: what is left is friction.
     share = 100.0 * found.error_shares["friction"][1]
     rms = 1e3 * run.metrics().rms_e[1]
-    said = found.sentence(1)
+    said = found.sentence(2)
+    assert said == found.sentence("panda_joint2")
     where = f"joint 2 (RMS {rms:.3g} mrad, 0 to 4 s)"
     assert said.startswith(f"About {share:.0f} % of the error of {where} is friction")
     assert (
@@ -170,9 +171,9 @@ def test_the_picture_has_a_row_a_joint_with_areas_on_one_another() -> None:
         duration=0.5,
     )
     found = sa.attribution(run)
-    figure = found.plot(1, 3)
+    figure = found.plot(joints=[2, "panda_joint4"])
     over_time, bars = figure.axes[0::2], figure.axes[1::2]
-    assert [axes.get_title("right") for axes in over_time] == ["joint 2", "joint 4"]
+    assert [axes.get_title("right") for axes in over_time] == ["panda_joint2", "panda_joint4"]
     assert [axes.get_ylabel() for axes in over_time] == ["torque [N·m]"] * 2
     areas = over_time[0].collections
     assert {"gravity of the payload", "friction"} <= {area.get_label() for area in areas}
@@ -188,15 +189,20 @@ def test_the_picture_has_a_row_a_joint_with_areas_on_one_another() -> None:
     largest = max(shares, key=lambda name: abs(shares[name]))
     first = bars[0].texts[0].get_text()
     assert first == f"{100 * shares[largest]:.0f} %  {WORDS[largest]}"
-    assert len(found.plot().axes) == 14
+    whole = found.plot(width=3.5, style="dark")
+    assert len(whole.axes) == 14 and whole.get_size_inches()[0] == 3.5
+    later = found.plot(joints=2, window=(0.25, 0.5)).axes
+    assert later[0].get_xlim() == (0.25, 0.5)
+    rms = 1e3 * run.metrics((0.25, 0.5)).rms_e[1]
+    assert later[1].get_title("left") == f"error, RMS {rms:.3g} mrad"
 
 
 def test_a_joint_that_is_not_there_is_refused() -> None:
     found = sa.attribution(scenes.inertia())
-    with pytest.raises(ValueError, match=r"^joint: got 2, wants 0 to 1"):
-        found.plot(2)
-    with pytest.raises(ValueError, match=r"^joint: got -1, wants 0 to 1"):
-        found.sentence(-1)
+    with pytest.raises(ValueError, match=r"^joints: got 3, wants 1 to 2"):
+        found.plot(joints=[3])
+    with pytest.raises(ValueError, match=r"^joint: got 0, wants 1 to 2"):
+        found.sentence(0)
 
 
 def test_samples_between_rows_are_noted() -> None:

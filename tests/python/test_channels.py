@@ -78,18 +78,17 @@ def test_attributes_that_editors_know_are_signals() -> None:
 
 def test_signals_are_drawn_by_name() -> None:
     picture = KERNEL.plot("atoms", "error_bound", "tau")
-    labels = [axes.get_ylabel() for axes in picture.axes]
-    assert labels == ["atoms [1]", "error_bound [rad/s²]", "tau [N·m]"]
-    assert [len(axes.get_lines()) for axes in picture.axes] == [1, 2, 2]
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in picture.axes]
+    assert labels == ["atoms [1]", "error_bound [rad/s²]", "", "tau [N·m]", ""]
     assert np.array_equal(picture.axes[0].get_lines()[0].get_ydata(), KERNEL.atoms)
     with pytest.raises(ValueError, match=r"^names: got 'atom', wants some of t, q, .*, atoms"):
         KERNEL.plot("tau", "atom")
 
 
 def test_the_picture_of_a_run_has_what_the_compensator_adds() -> None:
-    labels = [axes.get_ylabel() for axes in KERNEL.plot().axes]
-    assert labels[-2:] == ["atoms [1]", "error_bound [rad/s²]"]
-    assert labels[0] == "position [rad]" and "Lyapunov function V [1]" in labels
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in KERNEL.plot().axes]
+    assert labels[-3:] == ["atoms [1]", "error_bound [rad/s²]", ""]
+    assert labels[0] == "position [rad]"
 
 
 class Frame:
