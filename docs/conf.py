@@ -32,6 +32,7 @@ html_math_renderer = "mathml"
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
+nb_merge_streams = True
 html_theme = "furo"
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"

@@ -60,7 +60,7 @@ from .attribution import Attribution, attribution
 from .bench import Scenario, compare, scenario_names
 from .centers import centers_for
 from .comparison import Comparison
-from .design import DesignReport, design
+from .design import DesignReport, LinearModel, design
 from .learnable import Learnable, learnable
 from .learned import Learned, learned
 from .metrics import Metrics
@@ -99,6 +99,7 @@ __all__ = [
     "GuardReport",
     "Learnable",
     "Learned",
+    "LinearModel",
     "Metrics",
     "NoStabilizingSolution",
     "Noise",

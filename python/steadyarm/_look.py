@@ -21,7 +21,7 @@ HATCHES = ("", "///", "...", "\\\\\\", "xxx", "---", "|||", "+++")
 
 @dataclass(frozen=True)
 class Look:
-    """Colours that colour-blind readers can tell apart (Okabe and Ito), of other lightness each."""
+    """Colours that colour-blind readers can tell apart: Okabe and Ito's, and a few more."""
 
     paper: str
     ink: str
@@ -55,13 +55,13 @@ class Look:
 
 LIGHT = Look(
     paper="#FFFFFF", ink="#222222", gray="#767676", pale="#B8B8B8", faint="#E6E6E6",
-    blue="#0072B2", orange="#D55E00", green="#009E73", purple="#AA4499", sky="#56B4E9",
+    blue="#0072B2", orange="#D55E00", green="#009E73", purple="#882255", sky="#56B4E9",
     amber="#E69F00", brown="#8C564B", olive="#B2A100",
 )  # fmt: skip
 
 DARK = Look(
     paper="#14171A", ink="#E6E9EC", gray="#A2ABB4", pale="#69737D", faint="#2B3138",
-    blue="#4AA8E0", orange="#FF8A3D", green="#2FC296", purple="#DD83CF", sky="#8FD6FF",
+    blue="#4AA8E0", orange="#FF8A3D", green="#2FC296", purple="#F2A6C8", sky="#8FD6FF",
     amber="#E0B93A", brown="#C98A6B", olive="#C4BC4A",
 )  # fmt: skip
 

@@ -25,24 +25,24 @@ Place = tuple[float, float]
 
 def drawn(lines: Sequence[Line], number: int) -> str:
     """The plot; nothing where fewer than two controllers have both figures."""
-    known = [line for line in lines if _both(line)]
+    known = [line for line in lines if has_both(line)]
     if len(known) < 2:
         return ""
-    x = _Axis([_value(line, EFFORT.name) for line in known], LEFT, WIDTH - RIGHT)
-    y = _Axis([_value(line, ERROR.name) * ERROR.scale for line in known], HEIGHT - BOTTOM, TOP)
+    x = Axis([value_of(line, EFFORT.name) for line in known], LEFT, WIDTH - RIGHT)
+    y = Axis([value_of(line, ERROR.name) * ERROR.scale for line in known], HEIGHT - BOTTOM, TOP)
     places = [
-        (x.place(_value(line, EFFORT.name)), y.place(_value(line, ERROR.name) * ERROR.scale))
+        (x.place(value_of(line, EFFORT.name)), y.place(value_of(line, ERROR.name) * ERROR.scale))
         for line in known
     ]
-    best = [not any(_beats(other, line) for other in known) for line in known]
+    best = [not any(beats(other, line) for other in known) for line in known]
     front = sorted(place for place, is_best in zip(places, best, strict=True) if is_best)
     title, label = f"pareto-{number}", f"{ERROR.head} of the error [{ERROR.shown}]"
     parts = [
         f'<figure class="pareto"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="group" '
         f'aria-labelledby="{title}">',
         f'<title id="{title}">Steady error against torque variation</title>',
-        *(_tick(x.place(v), HEIGHT - BOTTOM, _brief(v), upright=True) for v in x.ticks()),
-        *(_tick(LEFT, y.place(v), _brief(v), upright=False) for v in y.ticks()),
+        *(_tick(x.place(v), HEIGHT - BOTTOM, brief(v), upright=True) for v in x.ticks()),
+        *(_tick(LEFT, y.place(v), brief(v), upright=False) for v in y.ticks()),
         f'<text class="name" x="{(LEFT + WIDTH - RIGHT) / 2:.0f}" y="{HEIGHT - 8}" '
         f'text-anchor="middle">torque variation [{EFFORT.shown}]</text>',
         f'<text class="name" x="4" y="18">{label}</text>',
@@ -69,7 +69,7 @@ def _points(lines: Sequence[Line], places: Sequence[Place], best: Sequence[bool]
         box = (
             (a - 10 - width, b - 8, a - 8, b + 8) if left else (a + 8, b - 8, a + 10 + width, b + 8)
         )
-        free = box[0] >= LEFT and not any(_meet(box, other) for other in taken)
+        free = box[0] >= LEFT and not any(meet(box, other) for other in taken)
         if free:
             taken.append(box)
         kind = " ".join(["point", *["best"] * best[k], *["named"] * free])
@@ -83,7 +83,7 @@ def _points(lines: Sequence[Line], places: Sequence[Place], best: Sequence[bool]
     return parts
 
 
-def _brief(value: float) -> str:
+def brief(value: float) -> str:
     """The value of a tick."""
     digits, power, exponent = rounded(value).partition("e")
     digits = digits.rstrip("0").rstrip(".") if "." in digits else digits
@@ -95,27 +95,27 @@ def _said(line: Line) -> str:
     return f"{error} {ERROR.shown}, {effort} {EFFORT.shown}"
 
 
-def _value(line: Line, name: str) -> float:
+def value_of(line: Line, name: str) -> float:
     return line.median[name] or 0.0
 
 
-def _both(line: Line) -> bool:
+def has_both(line: Line) -> bool:
     """Whether both figures are there, and have logarithms that a page can place."""
     values = (line.median[name] for name in (ERROR.name, EFFORT.name))
     return all(value is not None and 1e-30 < value < 1e30 for value in values)
 
 
-def _beats(one: Line, other: Line) -> bool:
+def beats(one: Line, other: Line) -> bool:
     """Whether one has no more of error and variation than the other, and less of either."""
-    pairs = [(_value(one, name), _value(other, name)) for name in (ERROR.name, EFFORT.name)]
+    pairs = [(value_of(one, name), value_of(other, name)) for name in (ERROR.name, EFFORT.name)]
     return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
 
-def _meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+def meet(one: tuple[float, ...], other: tuple[float, ...]) -> bool:
     return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
 
 
-class _Axis:
+class Axis:
     """A logarithmic axis from one place on the page to another, with room at both ends."""
 
     def __init__(self, values: Sequence[float], start: float, end: float) -> None:

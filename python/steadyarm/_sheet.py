@@ -144,7 +144,7 @@ class Sheet:
 
     def line(self, axes: Axes, t: Array, values: Array, wild: bool = False, **style: Any) -> None:
         """Draw a curve; one that is ``wild`` blows up."""
-        dots = 2 * int(DOTS * self.picture.wide * each_of(axes))
+        dots = 2 * int(DOTS * self.picture.wide * _share_of(axes))
         axes.plot(*outline(t, values, dots), **({"linewidth": 1.0} | style))
         self._drawn[axes].append((values, wild))
 
@@ -239,7 +239,7 @@ class Sheet:
             seen.add(key)
 
 
-def each_of(axes: Axes) -> float:
+def _share_of(axes: Axes) -> float:
     """The share of the picture's width that a panel has."""
     place = axes.get_subplotspec()
     return 1.0 if place is None else len(place.colspan) / place.get_gridspec().ncols
@@ -266,7 +266,8 @@ def _reach(drawn: Sequence[tuple[Array, bool]], about_zero: bool) -> tuple[float
     sane = [values for values, wild in drawn if not wild]
     heads = [values[: max(1, round(BEFORE * len(values)))] for values, _ in drawn]
     shown = np.concatenate(sane or heads)
-    low, high = float(shown.min()), float(shown.max())
+    shown = shown[np.isfinite(shown)]
+    low, high = (float(shown.min()), float(shown.max())) if len(shown) else (0.0, 0.0)
     if sane and len(sane) < len(drawn):
         low, high = low - (high - low), high + (high - low)
     return (min(low, 0.0), max(high, 0.0)) if about_zero else (low, high)

@@ -1,4 +1,4 @@
-"""Pictures of runs: everything at once, the paper's layout, errors side by side, approximation.
+"""Pictures: a run as a whole, the paper's layout, errors of several runs, error against effort.
 
 Every function returns a figure that shows itself in a notebook, opens a window with ``.show()`` and
 writes a file with ``.savefig("run.png")``; .pdf and .svg have curves, and letters as text. No
@@ -15,24 +15,37 @@ The panels of a signal have one scale. One of a joint with far smaller numbers i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from ._joints import Joints, Window, in_length
-from ._look import DASH_DOT, DASHED, DOTTED, Style
-from ._picture import Picture, literal
+from ._look import DASH_DOT, DASHED, DOTTED, SMALL, Style
+from ._pareto import EFFORT, ERROR, Axis, beats, brief, has_both, meet, value_of
+from ._picture import LETTER, Picture, literal
 from ._sheet import Part, Sheet
 from .run import Run
+
+if TYPE_CHECKING:
+    from .comparison import Comparison, Line
 
 WORDS = {"q": "position", "e": "error", "tau": "torque", "rho": "model error"}
 """What the signals of `overview` are called …"""
 
 WHOLES = {"weights_norm": "weights, |W|", "V": "Lyapunov function V"}
 """… and those of one number."""
+
+OF_EFFECTS = (
+    "q_measured", "dq_measured", "tau_commanded", "q_motor", "tau_cogging", "sample_age",
+)  # fmt: skip
+"""Signals of sensors and drives, which are nearly those of the arm: drawn by name alone."""
+
+CROWD = 24
+"""Of more controllers than these only the best have their names in a picture."""
 
 
 def overview(
@@ -47,13 +60,14 @@ def overview(
 
     From the top: position, error, torque with its two parts (if it was recorded); with a
     compensator also what the model leaves out (ρ) against its estimate (ρ̂), the size of the weights
-    and the Lyapunov function V, and what the compensator adds. Of a run that blew up the axes show
-    the part that can be read, and the title says what happened. Arguments: see `steadyarm.plots`.
+    and the Lyapunov function V, and what the compensator adds: torques beside the others. What
+    sensors and drives add is left to `signals`. Of a run that blew up the axes show the part that
+    can be read, and the title says what happened. Arguments: see `steadyarm.plots`.
     """
     part = Part.of(run, joints, window)
     adaptive = run.weights_norm is not None and run.V is not None
     names = ["q", "e", *["tau"] * bool(len(run.tau)), *["rho"] * adaptive]
-    own = [channel.name for channel in run.own]
+    own = [name for name in _own(run) if name not in _own_torques(run)]
     plan = [
         *[len(part.joints)] * len(names), *[len(WHOLES)] * adaptive,
         *(_panels(part, name) for name in own),
@@ -140,6 +154,48 @@ def errors(
     return sheet.finish()
 
 
+def pareto(
+    comparison: Comparison, *, width: float | None = None, style: Style = "light"
+) -> Picture:
+    """Draw the steady error of controllers against their torque variation, both logarithmic.
+
+    A line joins those that no other beats in both. They have their names, and of up to 24 the
+    others too, as far as there is room. Controllers without both figures are left out. ``width``
+    and ``style``: see `steadyarm.plots`. Raises ValueError for rows of several scenarios.
+    """
+    lines = [line for line in comparison.table() if has_both(line)]
+    scenarios = list(dict.fromkeys(line.scenario for line in lines))
+    if len(scenarios) != 1:
+        got = f"the scenarios {', '.join(map(repr, scenarios))}" if lines else "none"
+        raise ValueError(f"comparison: got {got}, wants rows with both figures of one scenario")
+    picture = Picture(width, style=style)
+    picture.set_figheight(0.62 * picture.wide)
+    axes, look = picture.add_subplot(), picture.look
+    named = {line.controller: _place(line) for line in lines}
+    best = {
+        line.controller: _place(line)
+        for line in lines
+        if not any(beats(other, line) for other in lines)
+    }
+    axes.loglog(*zip(*named.values(), strict=True), "o", markersize=4, color=look.gray, mfc="none")
+    axes.plot(
+        *zip(*sorted(best.values()), strict=True), color=look.blue, marker="o", markersize=5,
+        linestyle=DASHED, linewidth=0.8,
+    )  # fmt: skip
+    picture.frame(axes)
+    x, y = zip(*named.values(), strict=True)
+    for axis, limit, values in ((axes.xaxis, axes.set_xlim, x), (axes.yaxis, axes.set_ylim, y)):
+        scale = Axis(values, 0.0, 1.0)
+        axis.set_major_locator(FixedLocator(scale.ticks()))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: brief(value)))
+        axis.set_minor_locator(NullLocator())
+        limit(10.0**scale.low, 10.0**scale.high)
+    axes.set_xlabel(f"torque variation [{EFFORT.shown}]")
+    axes.set_ylabel(f"{ERROR.head} of the error [{ERROR.shown}]")
+    _write_names(picture, axes, named, [*best, *named] if len(named) <= CROWD else best)
+    return picture
+
+
 def approximation(
     rows: Sequence[tuple[int, float]], *, width: float | None = None, style: Style = "light"
 ) -> Picture:
@@ -163,6 +219,38 @@ def approximation(
     axes.set_ylabel("largest error, sup |g − f| [unit of g]")
     picture.head("A fuzzy system comes as close as you like, given enough rules")
     return picture
+
+
+def _place(line: Line) -> tuple[float, float]:
+    """Where a controller stands in the picture of `pareto`."""
+    return value_of(line, EFFORT.name), value_of(line, ERROR.name) * ERROR.scale
+
+
+def _write_names(
+    picture: Picture,
+    axes: Axes,
+    points: Mapping[str, tuple[float, float]],
+    named: Iterable[str],
+) -> None:
+    """Write names beside their points, where they meet no point and no other name."""
+    picture.draw_without_rendering()
+    inch = picture.dpi
+    places = {name: axes.transData.transform(point) / inch for name, point in points.items()}
+    taken = [(x - 0.04, y - 0.05, x + 0.04, y + 0.05) for x, y in places.values()]
+    first, last = float(axes.bbox.x0) / inch, float(axes.bbox.x1) / inch
+    for name in dict.fromkeys(named):
+        (x, y), wide = places[name], 0.07 + LETTER * len(name)
+        for side in (1, -1):
+            start, end = sorted((x + 0.06 * side, x + wide * side))
+            box = (start, y - 0.06, end, y + 0.06)
+            if first < start and end < last and not any(meet(box, other) for other in taken):
+                taken.append(box)
+                axes.annotate(
+                    literal(name), points[name], (6 * side, 0), textcoords="offset points",
+                    fontsize=SMALL, color=picture.look.ink, va="center",
+                    ha="left" if side > 0 else "right",
+                )  # fmt: skip
+                break
 
 
 Draw = Callable[[Sheet, Part, Axes, int], None]
@@ -225,16 +313,30 @@ def _error(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
 
 
 def _torque(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
-    look, whole = sheet.look, part.run.weights_norm is None
-    lines: dict[str, tuple[str, dict[str, Any]]] = {
-        "tau": ("" if whole else "applied", {"color": look.ink, "linewidth": 1.0 if whole else 1.8})
-    }
-    if not whole:
-        model = {"color": look.sky, "linestyle": DASHED}
-        compensation = {"color": look.green, "linestyle": DASH_DOT}
-        lines["tau_model"] = ("from the model", model)
-        lines["tau_compensation"] = ("from the compensator", compensation)
+    look, parts = sheet.look, dict.fromkeys(_own_torques(part.run), "")
+    if part.run.weights_norm is not None:
+        parts = {
+            "tau_model": "from the model",
+            "tau_compensation": "from the compensator",
+            **parts,
+        }
+    applied = {"color": look.ink, "linewidth": 1.5 if parts else 1.0}
+    lines: dict[str, tuple[str, dict[str, Any]]] = {"tau": ("applied" if parts else "", applied)}
+    fillings = zip((look.sky, look.green, look.orange), (DASHED, DASH_DOT, DOTTED), strict=True)
+    for (name, label), (colour, line) in zip(parts.items(), cycle(fillings), strict=False):
+        lines[name] = (label or name, {"color": colour, "linestyle": line})
     _lines(sheet, part, axes, joint, lines)
+
+
+def _own(run: Run) -> list[str]:
+    """Signals that the compensator adds."""
+    return [channel.name for channel in run.own if channel.name not in OF_EFFECTS]
+
+
+def _own_torques(run: Run) -> list[str]:
+    """Those which are torques of the joints."""
+    torques = [name for name in _own(run) if run.channels[name].unit == "N·m"]
+    return [name for name in torques if run.channels[name].shape]
 
 
 def _model_error(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:

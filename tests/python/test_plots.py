@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 from steadyarm import plots
 from steadyarm._look import LOOKS
+from steadyarm.comparison import Comparison, Row
 
 
 @pytest.fixture(scope="module")
@@ -116,15 +118,21 @@ def test_a_diverged_run_says_so_and_stays_readable(diverged):
 
 
 def test_an_interrupted_run_says_so(plain):
-    from dataclasses import replace
-
     stopped = replace(plain, status=sa.Status("interrupted", 2.0, "it was stopped"))
     assert "interrupted at t = 2 s" in stopped.plot().get_suptitle()
 
 
-def test_a_run_of_one_row_can_be_drawn(plain):
-    from dataclasses import replace
+@pytest.mark.parametrize("gap", [slice(5, 20), slice(None)])
+def test_what_is_not_finite_is_a_gap(plain, gap):
+    e = plain.e.copy()
+    e[gap, 0] = np.nan
+    figure = replace(plain, e=e).plot("e", joints=1)
+    low, high = figure.axes[0].get_ylim()
+    assert np.isfinite([low, high]).all() and low < high
+    assert figure._repr_png_().startswith(b"\x89PNG")
 
+
+def test_a_run_of_one_row_can_be_drawn(plain):
     arrays = {name: value for name, value in vars(plain).items() if isinstance(value, np.ndarray)}
     one = replace(plain, **{name: value[:1] for name, value in arrays.items()})
     assert one.plot()._repr_png_().startswith(b"\x89PNG")
@@ -175,10 +183,55 @@ def test_approximation_is_logarithmic_with_the_rule_counts_on_the_axis():
     )
 
 
-@pytest.mark.parametrize("draw", [lambda: plots.errors({}), lambda: plots.approximation([])])
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda: plots.errors({}),
+        lambda: plots.approximation([]),
+        lambda: plots.pareto(Comparison([Row("refused", status="refused")])),
+    ],
+)
 def test_nothing_to_draw_is_refused(draw):
     with pytest.raises(ValueError, match="got none"):
         draw()
+
+
+ROWS = [
+    Row("quiet", steady_rms_e=2e-3, torque_variation=100.0),
+    Row("precise", steady_rms_e=1e-4, torque_variation=900.0),
+    Row("worse", steady_rms_e=3e-3, torque_variation=950.0),
+    Row("refused", status="refused"),
+]
+
+
+def test_the_pareto_picture_joins_those_that_no_other_beats():
+    (axes,) = plots.pareto(Comparison(ROWS)).axes
+    every, best = (np.transpose(line.get_data()).tolist() for line in axes.get_lines())
+    assert sorted(every) == [[100.0, 2.0], [900.0, 0.1], [950.0, 3.0]]
+    assert best == [[100.0, 2.0], [900.0, 0.1]]
+    assert [text.get_text() for text in axes.texts] == ["precise", "quiet", "worse"]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == (
+        "torque variation [N·m/s]",
+        "steady RMS of the error [mrad]",
+    )
+
+
+def test_names_in_the_pareto_picture_do_not_meet_and_stay_within():
+    rows = [Row(f"controller {k}", steady_rms_e=0.1 / k, torque_variation=k) for k in range(1, 40)]
+    figure = plots.pareto(Comparison(rows), width=3.5, style="dark")
+    renderer = drawn(figure)
+    (axes,) = figure.axes
+    boxes = [text.get_window_extent(renderer) for text in axes.texts]
+    assert len(boxes) >= 3
+    for k, box in enumerate(boxes):
+        assert axes.bbox.x0 < box.x0 and box.x1 < axes.bbox.x1 + 1
+        assert not any(box.overlaps(other) for other in boxes[:k])
+
+
+def test_the_pareto_picture_wants_one_scenario():
+    rows = [replace(row, scenario=name) for row in ROWS for name in "ab"]
+    with pytest.raises(ValueError, match=r"^comparison: got the scenarios 'a', 'b', wants rows"):
+        plots.pareto(Comparison(rows))
 
 
 def test_a_notebook_shows_the_picture(plain):
@@ -268,6 +321,18 @@ def test_seven_joints_have_letters_of_print_and_no_panel_in_another(seven, width
         assert not any(one.overlaps(other) for other in boxes[:k])
     whole = figure.get_tightbbox(renderer)
     assert whole.x0 >= 0 and whole.x1 <= size[0] and whole.y0 >= 0 and whole.y1 <= size[1]
+
+
+def test_what_a_controller_adds_is_drawn_and_what_sensors_add_is_not():
+    scene = sa.Scenario.read("paper_sensors")
+    plain, learning = (scene.simulate(name, duration=0.2) for name in ("pid", "recommended"))
+    assert {channel.name for channel in plain.own} == set(plots.OF_EFFECTS)
+    assert len(plain.plot().axes) == len(learning.plot().axes) == 3 * 2
+    torque = learning.plot().axes[4]
+    for line, name in zip(torque.get_lines(), ("tau", "tau_learned", "tau_observed"), strict=False):
+        assert np.array_equal(line.get_ydata(), getattr(learning, name)[:, 0])
+    assert {"applied", "tau_learned", "tau_observed"} < set(legends(learning.plot()))
+    assert labels(plain.plot("q_measured", "sample_age")) == ["q_measured [rad]", "sample_age [s]"]
 
 
 def test_joints_have_their_names_and_are_chosen_by_them(seven):
@@ -378,9 +443,8 @@ def test_curves_keep_their_peaks_on_few_points(plain):
 
 
 def test_vector_files_are_small_and_keep_letters(tmp_path, seven):
-    figure = seven.plot()
-    figure.savefig(tmp_path / "run.pdf")
-    figure.savefig(tmp_path / "run.svg")
+    seven.plot().savefig(tmp_path / "run.pdf")
+    seven.plot("e", joints=4).savefig(tmp_path / "run.svg")
     pdf = (tmp_path / "run.pdf").read_bytes()
     assert b"/Type42" in pdf or b"/CIDFontType2" in pdf
     assert b"/Type3" not in pdf
@@ -390,7 +454,7 @@ def test_vector_files_are_small_and_keep_letters(tmp_path, seven):
 
 @pytest.mark.parametrize("style", ["light", "dark"])
 def test_letters_and_curves_stand_out_in_both_styles(seven, style):
-    figure = seven.plot(style=style)
+    figure = seven.plot(style=style, joints=[1, 2])
     drawn(figure)
     paper = luminance(figure.get_facecolor())
     assert (paper > 0.9) == (style == "light")
@@ -408,11 +472,39 @@ def test_curves_that_are_compared_differ_without_colours():
         assert len(set(lines)) == len(lines) and len(set(hatches)) == len(hatches)
 
 
+BLINDNESS = {
+    "deutan": [[0.367, 0.861, -0.228], [0.280, 0.673, 0.047], [-0.012, 0.043, 0.969]],
+    "protan": [[0.152, 1.053, -0.205], [0.115, 0.786, 0.099], [-0.004, -0.048, 1.052]],
+    "tritan": [[1.256, -0.077, -0.179], [-0.078, 0.931, 0.148], [0.005, 0.691, 0.304]],
+}
+"""What is seen of linear red, green and blue (Machado, Oliveira, Fernandes 2009)."""
+
+
+@pytest.mark.parametrize("kind", BLINDNESS)
+@pytest.mark.parametrize("style", LOOKS)
+def test_colours_that_are_compared_differ_for_the_colour_blind(kind, style):
+    seen = [perceived(BLINDNESS[kind] @ linear(colour)) for colour, _ in LOOKS[style].cycle]
+    assert min(np.linalg.norm(a - b) for k, a in enumerate(seen) for b in seen[:k]) > 10.0
+
+
+def perceived(rgb):
+    """CIE L*a*b* of linear red, green and blue."""
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    xyz = to_xyz @ rgb.clip(0, 1) / to_xyz.sum(axis=1)
+    x, y, z = np.where(xyz > 0.008856, np.cbrt(xyz), 7.787 * xyz + 16 / 116)
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def linear(colour):
+    channels = np.array(to_rgb(colour))
+    return np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+
+
 def luminance(colour):
     """Of WCAG 2."""
-    channels = np.array(to_rgb(colour))
-    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
-    return float(linear @ (0.2126, 0.7152, 0.0722))
+    return float(linear(colour) @ (0.2126, 0.7152, 0.0722))
 
 
 def contrast(one, other):
