@@ -685,7 +685,7 @@ def test_row_40_import() -> None:
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     for name, line in zip(("matplotlib", "pandas", "xarray"), lines, strict=True):
-        assert name in line and "pip install \"steadyarm[" in line
+        assert name in line and 'pip install "steadyarm[' in line
 
 
 @contextmanager
