@@ -84,6 +84,13 @@ def numbers(text: str) -> float | list[float]:
     return values[0] if len(values) == 1 else values
 
 
+def whole(text: str) -> int:
+    """A whole number from 0 on."""
+    if not (text.isascii() and text.isdecimal()):
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants a whole number from 0 on")
+    return int(text)
+
+
 def harmonics(text: str) -> list[tuple[float, float]]:
     """Amplitudes and frequencies, as in 2@1,0.5@3."""
     pairs = [part.partition("@") for part in text.split(",")]

@@ -33,6 +33,9 @@ LATE = ("rms_e", "rms_tau", "torque_variation")
 OF_ONE_RUN = JOINTED[: JOINTED.index("frozen_rms_e")]
 """Figures that one run has, joint by joint."""
 
+MUCH = 0.05
+"""Share of the time at the largest torque that is said."""
+
 WIDTH, NAME = 14, 22
 """Characters of a column, and of a joint's name at most."""
 
@@ -65,7 +68,7 @@ class Report:
         lines = [f"{what:12}{line}" for what, text in head.items() for line in text.splitlines()]
         if not len(self.run.t):
             return "\n".join(lines)
-        return "\n".join([*lines, "", *self._table(), "", *self._learnt(), *self.tail]).rstrip()
+        return "\n".join([*lines, "", *self._table(), "", *self._more()]).rstrip()
 
     def _table(self) -> list[str]:
         """The metrics, a joint a line."""
@@ -92,6 +95,22 @@ class Report:
         ]
         when = f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run."
         return [*lines, when]
+
+    def _more(self) -> list[str]:
+        """What there is to say beyond the figures."""
+        return [*self._limited(), *self._learnt(), *self.tail]
+
+    def _limited(self) -> list[str]:
+        """Where the largest torque does not do."""
+        share = _figures.figures(self.run, self.window, self.band, self.effort_limit, ())
+        joints = np.flatnonzero(share.get("saturated", np.zeros(1)) > MUCH)
+        if not len(joints):
+            return []
+        named = ", ".join(self.run.joint_names[joint] for joint in joints)
+        return [
+            f"limit       {named}: at the largest torque in over {100 * MUCH:g} % of the time",
+            "            no controller does more there; a lighter load or a slower motion might",
+        ]
 
     def _learnt(self) -> list[str]:
         """The load that a recommended controller found."""

@@ -20,6 +20,7 @@ from ._options import (
     number,
     picture,
     record,
+    whole,
 )
 from ._paper_scene import (
     SHARED,
@@ -86,7 +87,7 @@ def add_law(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
     )
     action.complete = "law"  # type: ignore[attr-defined]
     seed = "of noise, jitter, lost samples of a SOURCE (default: the scenario's)"
-    group.add_argument("--seed", metavar="N", type=int, help=seed)
+    group.add_argument("--seed", metavar="N", type=whole, help=seed)
 
 
 def _add_loop(group: argparse._ArgumentGroup) -> None:

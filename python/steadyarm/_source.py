@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import re
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -46,6 +47,7 @@ HINTS = (
      "a shorter control_period in [run]"),
     ("or a shorter period", "a lower --bandwidth, or a shorter --control-period",
      "a lower bandwidth, or a shorter control_period in [run]"),
+    ("mass: got", "--payload with a number of kg, 0 for none", "payload in [actual]"),
     ("choose one of", "--tip with one of these, such as --tip {first}", "tip in [robot]"),
     ("got no <inertial>", "masses in the file, or from_urdf(…, masses={{\"link\": kg}}) in Python; "
      "what its to_toml() returns is a SOURCE too", None),
@@ -68,21 +70,15 @@ def add_chain(group: argparse._ArgumentGroup) -> None:
     group.add_argument("--tip", metavar="LINK", help="the end of its chain, where a file has more")
 
 
-def add_load(group: argparse._ArgumentGroup) -> None:
-    """Add what a robot carries, and its rotors."""
+def add_load(group: argparse._ArgumentGroup, payload: str) -> None:
+    """Add what a robot carries, in words, and its rotors."""
     add = group.add_argument
-    add(
-        "--payload",
-        metavar="KG",
-        type=number,
-        help="5 cm beyond its tip, which no controller knows of (default: 2, or a sixth of the "
-        "arm's mass if that is less)",
-    )
+    add("--payload", metavar="KG", type=number, help=payload)
     add(
         "--armature",
         metavar="J",
         type=numbers,
-        help="rotors that the controllers know of, gear² · rotor inertia [kg·m²], one or one a "
+        help="rotors that a model needs, gear² · rotor inertia [kg·m²], one or one a "
         "joint (default: as the file says)",
     )
 
@@ -91,7 +87,11 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
     """Add all options of a robot."""
     group = parser.add_argument_group("robot")
     add_chain(group)
-    add_load(group)
+    add_load(
+        group,
+        "5 cm beyond its tip, which no controller knows of (default: 2, or a sixth of the arm's "
+        "mass if that is less)",
+    )
     add = group.add_argument
     add(
         "--effort-limit",
@@ -128,11 +128,20 @@ def kind_of(source: str) -> Kind:
     head = _head(source)
     if head.startswith(b"PK"):
         return "run"
-    if b"\0" in head:
-        raise Refused(f"{source}: wants a robot (URDF, TOML), a scenario (TOML) or a run (.npz)")
     if head.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<") or _ends(source, ".urdf", ".xacro"):
         return "robot"
-    return "robot" if ROBOT_TABLE.search(head) else "scenario"
+    if ROBOT_TABLE.search(head):
+        return "robot"
+    if b"\0" in head or not (_ends(source, ".toml") or _is_toml(head)):
+        raise Refused(f"{source}: wants a robot (URDF, TOML), a scenario (TOML) or a run (.npz)")
+    return "scenario"
+
+
+def _is_toml(text: bytes) -> bool:
+    try:
+        return bool(tomllib.loads(text.decode()))
+    except ValueError:
+        return False
 
 
 def _head(source: str) -> bytes:
@@ -146,12 +155,11 @@ def _head(source: str) -> bytes:
             raise Refused(f"cannot read {source}: no such file") from None
         every = [*arm_names(), *scenario_names()]
         near = difflib.get_close_matches(source, every, 1)
-        meant = f"; did you mean {near[0]}?" if near else ""
         robots, scenarios = ", ".join(arm_names()), ", ".join(scenario_names())
-        raise Refused(
-            f"SOURCE: got {source!r}, wants a file, a robot ({robots}) or a scenario "
-            f"({scenarios}){meant}"
-        ) from None
+        wants = f"a robot ({robots}) or a scenario ({scenarios})"
+        if near:
+            wants = f"{near[0]}, or another name that steadyarm simulate --help lists"
+        raise Refused(f"SOURCE: got {source!r}, wants a file, {wants}") from None
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", None) or error
         raise Refused(f"cannot read {source}: {why}") from error
@@ -200,7 +208,8 @@ def arm_of(arguments: argparse.Namespace) -> _core.Serial:
         try:
             return load_robot(source, arguments.tip, arguments.base)
         except ValueError as error:
-            if source in arm_names() or not MACRO.search(_head(source)):
+            expanded = "choose one of" in str(error)
+            if expanded or source in arm_names() or not MACRO.search(_head(source)):
                 raise
             expand = f"pip install xacrodoc, then xacrodoc {source} -o robot.urdf"
             raise ValueError(f"{error}; it has macros, expand them first: {expand}") from error

@@ -17,9 +17,12 @@ from typing import TYPE_CHECKING
 from . import __version__, _files, _streams, paper, reproduction
 from ._compare import add_compare
 from ._design import add_design
+from ._export import add_export
 from ._extras import Missing
 from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
+from ._play import add_play
 from ._progress import Progress
+from ._robots import add_robots
 from ._simulate import add_simulate
 from ._streams import say, tell
 from .bench import LIBRARY, scenario_names
@@ -324,11 +327,14 @@ def _approximate(arguments: argparse.Namespace) -> int:
 
 
 COMMANDS: tuple[Callable[[Commands], None], ...] = (
-    _add_reproduce,
-    add_simulate,
+    add_robots,
     add_design,
+    add_simulate,
     add_compare,
+    add_play,
+    add_export,
     _add_scenario,
+    _add_reproduce,
     _add_approximate,
 )
 """The commands, in the order of the help."""
