@@ -38,8 +38,7 @@ def add_compare(commands: Commands) -> None:
     add_robot(parser)
     group = parser.add_argument_group("what runs, and what is written")
     add = group.add_argument
-    only = add("--only", metavar="NAME,…", type=names, help="these controllers alone")
-    only.complete = "law"  # type: ignore[attr-defined]
+    add("--only", metavar="NAME,…", type=names, help="these controllers alone")
     add("--seeds", metavar="N", type=int, default=1, help="number of seeds (default: 1)")
     add("--workers", metavar="N", type=int, help="threads (default: one a core)")
     add("--csv", metavar="FILE", type=Path, help="write all rows as CSV")

@@ -80,12 +80,11 @@ def add_simulate(commands: Commands) -> None:
 
 def add_law(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
     """Add which controller of a SOURCE runs."""
-    action = group.add_argument(
+    group.add_argument(
         "--controller",
         metavar="NAME",
         help="which one of a SOURCE (default: recommended, or else the first by name)",
     )
-    action.complete = "law"  # type: ignore[attr-defined]
     seed = "of noise, jitter, lost samples of a SOURCE (default: the scenario's)"
     group.add_argument("--seed", metavar="N", type=whole, help=seed)
 

@@ -60,8 +60,7 @@ HINTS = (
 def add_source(parser: argparse.ArgumentParser, what: str, nargs: str | None = None) -> None:
     """Add the positional SOURCE; ``what`` it is for this command."""
     given: dict[str, Any] = {} if nargs is None else {"nargs": nargs}
-    action = parser.add_argument("source", metavar="SOURCE", help=what, **given)
-    action.complete = "source"  # type: ignore[attr-defined]
+    parser.add_argument("source", metavar="SOURCE", help=what, **given)
 
 
 def add_chain(group: argparse._ArgumentGroup) -> None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from . import __version__, _files, _streams, paper, reproduction
 from ._compare import add_compare
+from ._completion import add_completion
 from ._design import add_design
 from ._export import add_export
 from ._extras import Missing
@@ -326,6 +327,10 @@ def _approximate(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _add_completion(commands: Commands) -> None:
+    add_completion(commands, _parser)
+
+
 COMMANDS: tuple[Callable[[Commands], None], ...] = (
     add_robots,
     add_design,
@@ -336,6 +341,7 @@ COMMANDS: tuple[Callable[[Commands], None], ...] = (
     _add_scenario,
     _add_reproduce,
     _add_approximate,
+    _add_completion,
 )
 """The commands, in the order of the help."""
 
