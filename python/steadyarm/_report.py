@@ -56,6 +56,8 @@ class Report:
     events: Sequence[float] = ()
     tail: Sequence[str] = ()
     """Lines behind the figures."""
+    arm: Any = None
+    """The arm that is there."""
 
     @property
     def steady(self) -> tuple[float, float]:
@@ -93,8 +95,12 @@ class Report:
             f"{name:{wide}}" + "".join(f"{cell:>{WIDTH}}" for cell in row)
             for name, row in zip(["", "", *names], rows, strict=True)
         ]
-        when = f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run."
-        return [*lines, when]
+        lines.append(
+            f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run."
+        )
+        if hasattr(self.arm, "to_toml") and 'kind = "prismatic"' in self.arm.to_toml():
+            lines.append("For a prismatic joint read mm for mrad, and N for N·m.")
+        return lines
 
     def _more(self) -> list[str]:
         """What there is to say beyond the figures."""

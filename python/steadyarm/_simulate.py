@@ -227,6 +227,7 @@ def _of_source(arguments: argparse.Namespace) -> Report:
         scene.band,
         finite(scene.plant.effort_limit),
         scene.events,
+        arm=scene.plant.arm,
     )
 
 

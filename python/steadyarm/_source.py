@@ -38,22 +38,43 @@ ROBOT_TABLE = re.compile(rb"^\s*\[\[\s*joint\s*\]\]", re.MULTILINE)
 MACRO = re.compile(rb"<xacro:|\$\{")
 """What a URDF has before its macros are expanded."""
 
+SOURCE_TOO = "what its to_toml() returns is a SOURCE too"
+
 HINTS = (
-    ("armature[", "--armature J (gear² · rotor inertia [kg·m²], one or one a joint), or "
-     "--light-joints if there are no rotors", "armature in [robot]"),
-    ("effort_limit[", "--effort-limit TAU (the largest torques [N·m], one or one a joint)",
-     "effort_limit in [actual]"),
-    ("loop_rate: got", "a shorter --control-period (steadyarm design says how short)",
-     "a shorter control_period in [run]"),
-    ("or a shorter period", "a lower --bandwidth, or a shorter --control-period",
-     "a lower bandwidth, or a shorter control_period in [run]"),
+    (
+        "rotor's inertia is missing",
+        "--armature J (gear² · rotor inertia [kg·m²], one or one a joint), or --light-joints if "
+        "there are no rotors",
+        "armature in [robot]",
+    ),
+    (
+        "wants the largest torque of the joint",
+        "--effort-limit TAU (the largest torques [N·m], one or one a joint)",
+        "effort_limit in [actual]",
+    ),
+    (
+        "loop_rate: got",
+        "a shorter --control-period (steadyarm design says how short)",
+        "a shorter control_period in [run]",
+    ),
+    (
+        "or a shorter period",
+        "a lower --bandwidth, or a shorter --control-period",
+        "a lower bandwidth, or a shorter control_period in [run]",
+    ),
     ("mass: got", "--payload with a number of kg, 0 for none", "payload in [actual]"),
     ("choose one of", "--tip with one of these, such as --tip {first}", "tip in [robot]"),
-    ("got no <inertial>", "masses in the file, or from_urdf(…, masses={{\"link\": kg}}) in Python; "
-     "what its to_toml() returns is a SOURCE too", None),
-    ('unphysical = "note"', "a mended file, or from_urdf(…, unphysical=\"nearest\") in Python; "
-     "what its to_toml() returns is a SOURCE too", None),
-)  # fmt: skip
+    (
+        "got no <inertial>",
+        f"masses in the file, or from_urdf(…, masses={{{{link: kg}}}}) in Python; {SOURCE_TOO}",
+        None,
+    ),
+    (
+        'unphysical = "note"',
+        f'a mended file, or from_urdf(…, unphysical="nearest") in Python; {SOURCE_TOO}',
+        None,
+    ),
+)
 """Part of an error to what to give next: to a robot's command, and in a scenario's file."""
 
 
@@ -235,7 +256,7 @@ def scene_of(arguments: argparse.Namespace) -> Scenario:
 def payload_for(arm: _core.Serial) -> float:
     """What a robot carries where nobody says it [kg]."""
     mass = float(arm.inertial_parameters()[::10].sum())
-    return min(HEAVIEST, float(f"{SHARE * mass:.1g}"))
+    return min(HEAVIEST, float(f"{SHARE * mass:.2g}"))
 
 
 def in_loop(
