@@ -70,13 +70,15 @@ def _play(arguments: argparse.Namespace) -> int:
     check_files(out)
     other = None if arguments.against is None else loaded(str(arguments.against))
     run, arm = _run_of(arguments)
+    if film and arm is None:
+        raise Refused(f"{source}: does not say which arm it is of, as a film wants; simulate it")
     if not len(run.t):
         return tell(f"nothing was recorded, and {out} is not written", FAILED)
     try:
         if film:
             run.animate(arm, out, speed=1.0 if arguments.speed is None else arguments.speed)
         else:
-            run.to_html(out, arm=arm, against=other)  # type: ignore[attr-defined, unused-ignore]
+            run.to_html(out, against=other)  # type: ignore[attr-defined, unused-ignore]
     except (ValueError, TypeError, RuntimeError) as error:
         raise Refused(error) from error
     say(f"{'film' if film else 'page':12}{out}")
@@ -86,7 +88,7 @@ def _play(arguments: argparse.Namespace) -> int:
 
 
 def _run_of(arguments: argparse.Namespace) -> tuple[Run, Any]:
-    """The run that is shown, and its arm."""
+    """The run that is shown, and its arm; None: it is not known."""
     if kind_of(arguments.source) != "run":
         scene, _, run = simulated(arguments)
         if run.status.kind == "interrupted":
@@ -95,9 +97,7 @@ def _run_of(arguments: argparse.Namespace) -> tuple[Run, Any]:
     alone = (*OF_SOURCE, "control_period", "duration")
     refuse_given(arguments, alone, "is for a robot or a scenario; a run is what it is")
     run = loaded(arguments.source)
-    if run._made is None:
-        raise Refused(f"{arguments.source}: does not say which arm it is of; simulate it anew")
-    return run, run._made.plant().arm
+    return run, None if run._made is None else run._made.plant().arm
 
 
 def loaded(source: str) -> Run:

@@ -98,7 +98,7 @@ class Report:
         lines.append(
             f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run."
         )
-        if hasattr(self.arm, "to_toml") and 'kind = "prismatic"' in self.arm.to_toml():
+        if self.arm is not None and "prismatic" in self.arm.joint_kinds:
             lines.append("For a prismatic joint read mm for mrad, and N for N·m.")
         return lines
 
