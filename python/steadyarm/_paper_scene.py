@@ -5,14 +5,11 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from . import paper, reproduction
 from ._options import Refused, names, number, numbers
 from .scenario import Scene
-
-if TYPE_CHECKING:
-    Number = Literal[1, 2, 3]
 
 
 def add_scenario(group: argparse._ArgumentGroup) -> None:
@@ -97,18 +94,20 @@ SHARED = ("kp", "kv", "form", "normalized", "gain", "inputs", "leak_rate", "gamm
 """Options of the controller that change the scene if they are given."""
 
 
-def preset(arguments: argparse.Namespace) -> str:
+def preset(arguments: argparse.Namespace) -> Literal["printed", "claimed", "recommended"]:
     """How the paper is read."""
-    return arguments.preset or "printed"
+    chosen: Literal["printed", "claimed", "recommended"] = arguments.preset or "printed"
+    return chosen
 
 
-def paper_scene(arguments: argparse.Namespace, number: Number, overrides: Sequence[str]) -> Scene:
+def paper_scene(
+    arguments: argparse.Namespace, number: Literal[1, 2, 3], overrides: Sequence[str]
+) -> Scene:
     """The scene that was chosen, with those of the options of these names that were given."""
     chosen = {name: getattr(arguments, name) for name in overrides}
     chosen = {name: value for name, value in chosen.items() if value is not None}
     if arguments.scenario is None:
-        reading: Literal["printed", "claimed", "recommended"] = preset(arguments)  # type: ignore
-        return paper.simulation(number, reading, **chosen)
+        return paper.simulation(number, preset(arguments), **chosen)
     try:
         return Scene.read(arguments.scenario, **chosen)
     except OSError as error:

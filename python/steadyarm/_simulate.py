@@ -171,13 +171,13 @@ def _simulate(arguments: argparse.Namespace) -> int:
     report = _of_paper(arguments) if arguments.source is None else _of_source(arguments)
     run, words, found = report.run, report.words(), report.plain()
     asked = arguments.why or arguments.why_plot is not None
-    if asked and len(run.t):
+    if asked and len(run.t) and run.status.kind != "interrupted":  # who stops it wants no more
         more, because = why(report, arguments.why_plot)
         words, found = f"{words}\n{more}", found | because
     emit(arguments, words, found)
     if not len(run.t):
         return tell("nothing was recorded, and nothing is written", FAILED)
-    if arguments.why_plot is not None and found["why"] is not None:
+    if arguments.why_plot is not None and found.get("why") is not None:
         written(arguments, arguments.why_plot, "picture")
     _write(run, arguments)
     return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import difflib
 import re
+import textwrap
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -62,6 +63,7 @@ HINTS = (
         "a lower --bandwidth, or a shorter --control-period",
         "a lower bandwidth, or a shorter control_period in [run]",
     ),
+    ("record_every: got", "simulate with a larger --record-every", "simulate with --record-every"),
     ("mass: got", "--payload with a number of kg, 0 for none", "payload in [actual]"),
     ("choose one of", "--tip with one of these, such as --tip {first}", "tip in [robot]"),
     (
@@ -135,8 +137,9 @@ def add_robot(parser: argparse.ArgumentParser) -> None:
 
 def names_help() -> str:
     """The names that come with the package, for a help."""
-    scenarios = "\n".join(f"  {name}" for name in scenario_names())
-    return f"robots: {', '.join(arm_names())}\nscenarios:\n{scenarios}"
+    lists = {"robots": arm_names(), "scenarios": scenario_names()}
+    lines = (f"{kind}: {', '.join(names)}" for kind, names in lists.items())
+    return "\n".join(textwrap.fill(line, 96, subsequent_indent="  ") for line in lines)
 
 
 def kind_of(source: str) -> Kind:

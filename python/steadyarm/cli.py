@@ -75,7 +75,7 @@ symptoms, and the run that shows each:
                                                refuses it, and says how fast the loop must be
   The torque jumps.
       add --plot run.png to any run: it draws the model's and the compensator's part of the torque;
-      "torque variation" puts a number on it
+      "variation" puts a number on it
 
 "steadyarm <command> --help" explains the options, with examples. Exit code: 0 done, 1 failed (also
 a run that blew up), 2 arguments that make no sense, 130 stopped with Ctrl-C.
