@@ -39,6 +39,9 @@ LIBRARY = Path(__file__).parent / "scenarios"
 BEYOND = (0.0, 0.0, 0.05)
 """The centre of mass of a robot's payload, in the frame of its tip [m]."""
 
+FRICTION_SHARE = 0.01
+"""A robot's friction as a share of its effort limits, where nobody says it."""
+
 TIMED_STEPS = 2000
 """Steps of which the processor time is taken."""
 
@@ -133,7 +136,7 @@ class Scenario:
         arm: _core.Arm,
         *,
         payload: float = 0.0,
-        friction_share: float = 0.01,
+        friction_share: float = FRICTION_SHARE,
         name: str = "robot",
         bandwidth: float = 15.0,
         armature: Any = None,

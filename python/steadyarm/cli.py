@@ -24,9 +24,9 @@ from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, comm
 from ._play import add_play
 from ._progress import Progress
 from ._robots import add_robots
+from ._scenario_file import add_scenario
 from ._simulate import add_simulate
 from ._streams import say, tell
-from .bench import LIBRARY, scenario_names
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -52,7 +52,7 @@ a robot or a scene that comes with it, and the paper:
   steadyarm robots                                    their names
   steadyarm simulate panda --armature 0.1 --plot run.png
   steadyarm compare paper_sensors                     every rival on the paper's arm
-  steadyarm scenario paper_sensors > mine.toml        a file to edit, for all of these commands
+  steadyarm scenario panda > mine.toml                a file to edit, for all of these commands
   steadyarm simulate --preset claimed --plot run.png  a run of the paper, drawn
   steadyarm reproduce                                 the paper and its rivals, with a verdict
 
@@ -249,47 +249,6 @@ def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
         bar.to(len(cases))
 
 
-# scenario
-
-
-def _add_scenario(commands: Commands) -> None:
-    parser = command(
-        commands,
-        "scenario",
-        "a scenario as TOML, to be edited for your own scene",
-        "Print one of the paper's simulations, or a scenario of `steadyarm compare`, as TOML.\n"
-        "Edit it, and give it to compare, simulate or design.\n\n"
-        "Editors that know TOML (Even Better TOML, taplo) complete and check the keys of such a\n"
-        "file, with the schema beside it:\n\n"
-        "  steadyarm scenario --schema > schema.json",
-        _scenario,
-        examples="  steadyarm scenario paper_sensors > mine.toml\n"
-        "  steadyarm compare mine.toml\n"
-        "  steadyarm scenario --preset claimed > mine.toml\n"
-        "  steadyarm simulate --scenario mine.toml --gain 70",
-    )
-    parser.add_argument(
-        "name", nargs="?", choices=scenario_names(), metavar="NAME", help="one of compare's list"
-    )
-    parser.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
-    parser.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
-    parser.add_argument("--schema", action="store_true", help="the JSON Schema of such a file")
-
-
-def _scenario(arguments: argparse.Namespace) -> int:
-    if arguments.schema:
-        if arguments.name is not None:
-            raise Refused("--schema: is one for all scenarios, wants no NAME beside it")
-        say((LIBRARY / "schema.json").read_text(encoding="utf-8").rstrip())
-        return 0
-    if arguments.name is not None:
-        text = (LIBRARY / f"{arguments.name}.toml").read_text(encoding="utf-8")
-        say(text.rstrip())
-        return 0
-    say(paper.scenario(arguments.simulation, arguments.preset).rstrip())
-    return 0
-
-
 # approximate
 
 
@@ -338,7 +297,7 @@ COMMANDS: tuple[Callable[[Commands], None], ...] = (
     add_compare,
     add_play,
     add_export,
-    _add_scenario,
+    add_scenario,
     _add_reproduce,
     _add_approximate,
     _add_completion,

@@ -136,6 +136,22 @@ def test_a_load_that_nobody_states_fits_the_arm() -> None:
     assert _source.payload_for(light) == 0.1
 
 
+@pytest.mark.parametrize(
+    "options", ["", "--payload 0", "--payload 1 --armature 0.1,0.2,0.3 --effort-limit 90"]
+)
+def test_scenario_of_a_robot_is_the_one_that_runs(capsys: Out, options: str) -> None:
+    code, text, _ = run_command(capsys, "scenario", "robot.urdf", *options.split())
+    assert code == 0
+    Path("mine.toml").write_text(text, encoding="utf-8")
+    run_command(capsys, "simulate", "mine.toml", "--save", "mine.npz", *SHORT)
+    made = ("--save", "made.npz", *SHORT)
+    code, _, _ = run_command(capsys, "simulate", "robot.urdf", *options.split(), *made)
+    mine, made_of = sa.Run.load("mine.npz"), sa.Run.load("made.npz")
+    assert code == 0 and np.array_equal(mine.q, made_of.q)
+    (title,) = [line for line in text.splitlines() if line.startswith("title")]
+    assert sa.Scenario.read("mine.toml").title in title
+
+
 def test_too_heavy_a_load_is_said_to_be_at_the_limit(capsys: Out) -> None:
     _, out, _ = run_command(capsys, "simulate", "robot.urdf", "--payload", 60, *SHORT)
     assert "limit       slide" in out and f"over {100 * MUCH:g} % of the time" in out
@@ -296,6 +312,9 @@ def test_files_beside_json_are_told_on_standard_error(capsys: Out) -> None:
         ("design --payload 3", "--payload: for a robot: give one as SOURCE"),
         ("compare --seeds 2", "SOURCE: is missing, wants a robot or a scenario"),
         ("robots paper_3", "paper_3: wants a robot"),
+        ("scenario robot.urdf --base slider", "--base: a scenario's file does not say it"),
+        ("scenario paper_3 --payload 2", "--payload: for a robot alone; edit the file"),
+        ("scenario two_links.toml", "two_links.toml: wants a robot, or one of"),
     ],
 )
 def test_what_a_newcomer_does_wrong_is_said_in_one_line(
