@@ -48,20 +48,7 @@ def add_compensator(group: argparse._ArgumentGroup) -> None:
         help="how fuzzy sets combine to rules: grid has every combination (5^inputs), shared one "
         "rule a set (5), concat one a set and input (20), per_joint a grid a joint (25 each)",
     )
-    strengths = group.add_mutually_exclusive_group()
-    strengths.add_argument(
-        "--normalized",
-        action="store_true",
-        default=None,
-        help="divide the firing strengths by their sum",
-    )
-    strengths.add_argument(
-        "--raw",
-        action="store_false",
-        dest="normalized",
-        default=None,
-        help="use the firing strengths as they are",
-    )
+    _add_strengths(group)
     add(
         "--gain",
         metavar="G",
@@ -87,6 +74,23 @@ def add_compensator(group: argparse._ArgumentGroup) -> None:
         metavar="G",
         type=number,
         help="level of disturbance that the proof allows for, γ (default: 1)",
+    )
+
+
+def _add_strengths(group: argparse._ArgumentGroup) -> None:
+    strengths = group.add_mutually_exclusive_group()
+    strengths.add_argument(
+        "--normalized",
+        action="store_true",
+        default=None,
+        help="divide the firing strengths by their sum",
+    )
+    strengths.add_argument(
+        "--raw",
+        action="store_false",
+        dest="normalized",
+        default=None,
+        help="use the firing strengths as they are",
     )
 
 

@@ -31,7 +31,8 @@ def usual_controllers(
     )  # fmt: skip
     unsure = ("sliding_mode", "robust", "super_twisting", "rise")
     uncertainty = {"inertia": 0.5, "acceleration": 5.0, "disturbance": 2.0}
-    laws: dict[str, Any] = {"recommended": {"law": "recommended", "light_joints": light_joints}}
+    light = {"light_joints": True} if light_joints else {}
+    laws: dict[str, Any] = {"recommended": {"law": "recommended", **light}}
     laws |= {name: {"law": name, "bandwidth": bandwidth} for name in plain}
     if isinstance(arm, _core.Serial):
         laws["natural_slotine_li"] = {"law": "natural_slotine_li", "bandwidth": bandwidth}

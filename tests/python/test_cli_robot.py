@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -252,6 +254,33 @@ def test_json_has_the_names_and_units_of_python(capsys: Out) -> None:
     assert found["steady_rms_e"] == steady.rms_e.tolist()
     assert found["torque_variation"] == steady.torque_variation.tolist()
     assert found["learned"]["payload"] == sa.learned(run.tracker).payload
+
+
+def test_a_stopped_run_is_told_and_asked_no_more(
+    capsys: Out, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = robot_scene(duration=0.2).simulate("pid")
+    vars(run)["status"] = sa.Status("interrupted", 0.2, "it was stopped from the keyboard")
+    monkeypatch.setattr(sa.Scenario, "simulate", lambda *_, **__: run)
+    options = ("--json", "--why", "--why-plot", "why.png", "--save", "run.npz")
+    code, out, _ = run_command(capsys, "simulate", "robot.urdf", *options)
+    found = json.loads(out)
+    assert (code, found["status"], found["rms_e"]) == (130, "interrupted", None)
+    assert "why" not in found and not Path("why.png").exists() and Path("run.npz").exists()
+    code, out, err = run_command(capsys, "play", "robot.urdf")
+    assert (code, out, err) == (130, "", "steadyarm: stopped; nothing was written\n")
+
+
+def test_what_a_run_says_of_itself_is_a_note_without_a_place_in_the_code() -> None:
+    Path("late.toml").write_text(
+        '[robot]\nfile = "robot.urdf"\n[reference.sines]\nfrequency = 1.0\nsin = [0.1, 0.2, 0.3]\n'
+        "[effects]\ndelay = 2\n[front]\ndelay = 1\n[run]\ncontrol_period = 0.001\nduration = 0.1\n"
+        '[controllers.pid]\nlaw = "pid"\nbandwidth = 15.0\n'
+    )
+    command = [sys.executable, "-m", "steadyarm", "simulate", "late.toml", "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    (note,) = json.loads(done.stdout)["notes"]
+    assert done.stderr == f"steadyarm: note: {note}\n" and note.startswith("delay: ")
 
 
 def test_json_of_a_run_that_blew_up_has_null_and_the_reason(capsys: Out) -> None:
