@@ -3,8 +3,7 @@ loop, how slow the loop may be for each, what the recommended one chose, what th
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import floor, log10
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._report import finite
+from ._report import finite, itemized
 from ._source import Kind, hint
 from .bench import Scenario, rotors_missing
 from .design import DesignReport, design
@@ -28,9 +27,6 @@ SHORTEST, LONGEST = 1e-5, 1.0
 
 ASKED = 10
 """How often a controller is asked for it: the answer is within a hundredth or so."""
-
-WIDTH = 98
-"""Of the lines of a report."""
 
 RECOMMENDED = "recommended"
 
@@ -263,13 +259,6 @@ def report_plain(report: DesignReport) -> dict[str, Any]:
     found = dict(vars(report))
     teaches = found.pop("learnable")
     return {**found, "learnable": None if teaches is None else vars(teaches)}
-
-
-def itemized(sentences: Iterable[str]) -> list[str]:
-    """Sentences as items, within the width of a page."""
-    form: dict[str, Any] = {"initial_indent": "  - ", "subsequent_indent": "    "}
-    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-    return [line for it in sentences for line in textwrap.wrap(it, WIDTH, **form, **whole)]
 
 
 def loop_words(period: float | None, delay: int) -> str:

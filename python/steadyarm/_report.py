@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,8 +37,8 @@ OF_ONE_RUN = JOINTED[: JOINTED.index("frozen_rms_e")]
 MUCH = 0.05
 """Share of the time at the largest torque that is said."""
 
-WIDTH, NAME = 14, 22
-"""Characters of a column, and of a joint's name at most."""
+WIDTH, NAME, PAGE = 14, 22, 98
+"""Characters of a column, of a joint's name at most, and of a line of words."""
 
 
 @dataclass(frozen=True)
@@ -174,6 +175,13 @@ def _shares(found: Attribution) -> dict[str, Any]:
     parts = ("rms_of_error", "error_shares", "rms_error", "torque_shares", "rms_torque")
     shares: dict[str, Any] = {name: getattr(found, name) for name in (*parts, "cancelled")}
     return {**shares, "window": found.window, "notes": list(found.notes)}
+
+
+def itemized(sentences: Iterable[str]) -> list[str]:
+    """Sentences as items, within the width of a page."""
+    form: dict[str, Any] = {"initial_indent": "  - ", "subsequent_indent": "    "}
+    whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+    return [line for it in sentences for line in textwrap.wrap(it, PAGE, **form, **whole)]
 
 
 def finite(limit: Any) -> Any:

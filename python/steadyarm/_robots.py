@@ -13,14 +13,12 @@ import numpy as np
 from . import _core
 from ._json import add_json, emit, settle
 from ._options import Refused, command
+from ._report import PAGE, itemized
 from ._sections import ARMS, arm_names
 from ._source import add_chain, add_source, arm_of, kind_of
 
 if TYPE_CHECKING:
     from ._options import Commands
-
-WIDTH = 98
-"""Of the lines."""
 
 UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
 """Of a joint's position, by its kind."""
@@ -107,7 +105,7 @@ def _listed(robots: list[dict[str, Any]]) -> str:
         lines += [f"{robot['name']:12}{robot['title']}: {figures}"]
         indent = " " * 12
         form: dict[str, Any] = {"initial_indent": indent, "subsequent_indent": indent}
-        lines += [*textwrap.wrap(robot["sources"], WIDTH, **form), ""]
+        lines += [*textwrap.wrap(robot["sources"], PAGE, **form), ""]
     lines.append(
         "steadyarm robots NAME lists its joints. Each command takes a URDF of your own too."
     )
@@ -126,7 +124,7 @@ HEADS = ("kind", "range", "speed", "effort", "mass", "rotor")
 def _told(found: dict[str, Any]) -> str:
     joints = found["joints"]
     wide = max(len(joint["name"]) for joint in joints) + 2
-    widths = (12, 22, 14, 14, 11, 14)
+    widths = (12, 22, 14, 14, 12, 14)
     rows = [_cells(joint) for joint in joints]
     lines = [f"{found['title']}, {len(joints)} joints, {found['mass']:.3g} kg", ""]
     for name, cells in (("joint", HEADS), *zip([j["name"] for j in joints], rows, strict=True)):
@@ -135,8 +133,7 @@ def _told(found: dict[str, Any]) -> str:
     lines += ["", "mass: of the link that it moves; rotor: its inertia, seen through the gear"]
     if found["notes"]:
         lines += ["", "What the file says that was not used, or looks odd:"]
-        form: dict[str, Any] = {"initial_indent": "  - ", "subsequent_indent": "    "}
-        lines += [line for note in found["notes"] for line in textwrap.wrap(note, WIDTH, **form)]
+        lines += itemized(found["notes"])
     return "\n".join(lines)
 
 
