@@ -100,7 +100,12 @@ def _number(name: str, cell: object) -> Value:
 
 
 def to_json(comparison: Comparison, path: str | Path) -> None:
-    """Write the file of `Comparison.to_json`, a row a line."""
+    """Write the file of `Comparison.to_json`."""
+    _files.content(path, f"{json_of(comparison)}\n".encode())
+
+
+def json_of(comparison: Comparison) -> str:
+    """The text of it, a row a line."""
     head = {
         "format": FORMAT,
         "version": VERSION,
@@ -109,7 +114,7 @@ def to_json(comparison: Comparison, path: str | Path) -> None:
         "units": {name: figure.unit for name, figure in FIGURES.items()},
     }
     lines = ",\n".join(_dumped(_plain(row)) for row in comparison.rows)
-    _files.content(path, f'{_dumped(head)[:-1]}, "rows": [\n{lines}\n]}}\n'.encode())
+    return f'{_dumped(head)[:-1]}, "rows": [\n{lines}\n]}}'
 
 
 def _plain(row: Row) -> dict[str, Any]:

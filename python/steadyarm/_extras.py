@@ -17,6 +17,7 @@ EXTRAS = {
     "mujoco": "mujoco",
     "distributed": "cluster",
     "ray": "cluster",
+    "shtab": "completion",
 }
 """The extra that brings a package."""
 

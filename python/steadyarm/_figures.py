@@ -86,7 +86,7 @@ def figures(
     events: Iterable[float],
 ) -> dict[str, Array]:
     """The figures of a run, one a joint, as far as its record has them."""
-    whole, steady = run.metrics(band=band), run.metrics(_window(run, window), band)
+    whole, steady = run.metrics(band=band), run.metrics(steady_window(run, window), band)
     found = {name: getattr(whole, name) for name in ("rms_e", "max_abs_e", "itae")}
     found |= {"settling_time": whole.settling_time, "max_abs_tau": whole.max_abs_tau}
     found |= {name: getattr(steady, name) for name in ("rms_tau", "torque_variation")}
@@ -119,10 +119,10 @@ def survives(run: Run, window: Window | None) -> Array | None:
         return np.full(run.joints, math.inf)
     if run.status.kind == "interrupted":
         return None
-    return run.metrics(_window(run, window)).rms_e
+    return run.metrics(steady_window(run, window)).rms_e
 
 
-def _window(run: Run, window: Window | None) -> Window:
+def steady_window(run: Run, window: Window | None) -> Window:
     """The window; the second half of the run by default."""
     if window is not None:
         return window

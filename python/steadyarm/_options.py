@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import argparse
 import errno
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from . import paper
 from ._extras import imported
 from ._files import check
-from .scenario import Scene
 
 if TYPE_CHECKING:
     Commands = argparse._SubParsersAction["Parser"]
@@ -46,16 +44,25 @@ def check_files(*paths: Path | None) -> None:
 
 
 def command(
-    commands: Commands, name: str, summary: str, details: str, run: Callable[[Any], int]
+    commands: Commands,
+    name: str,
+    summary: str,
+    details: str,
+    run: Callable[[Any], int],
+    *,
+    examples: str,
+    aliases: tuple[str, ...] = (),
 ) -> Parser:
     """Add a command: ``summary`` for the list of commands, ``details`` for its own help.
 
-    ``run`` takes the parsed arguments and returns the exit code.
+    ``run`` takes the parsed arguments and returns the exit code. ``examples``: lines of the shell.
     """
     parser = commands.add_parser(
         name,
+        aliases=aliases,
         help=summary,
         description=details,
+        epilog=f"examples:\n{examples}",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -77,6 +84,13 @@ def numbers(text: str) -> float | list[float]:
     return values[0] if len(values) == 1 else values
 
 
+def whole(text: str) -> int:
+    """A whole number from 0 on."""
+    if not (text.isascii() and text.isdecimal()):
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants a whole number from 0 on")
+    return int(text)
+
+
 def harmonics(text: str) -> list[tuple[float, float]]:
     """Amplitudes and frequencies, as in 2@1,0.5@3."""
     pairs = [part.partition("@") for part in text.split(",")]
@@ -95,50 +109,18 @@ def names(text: str) -> str | list[str]:
 
 def picture(text: str) -> Path:
     """A picture file."""
-    path = _file(text, PICTURES)
+    path = file_of(text, PICTURES)
     imported("matplotlib", "pictures")
     return path
 
 
-def add_scenario(group: argparse._ArgumentGroup) -> None:
-    """Add the options that choose the scene: a file, or a reading of the paper."""
-    chosen = group.add_mutually_exclusive_group()
-    chosen.add_argument(
-        "--scenario",
-        metavar="FILE.toml",
-        type=Path,
-        help="your own scene instead of the paper's; `steadyarm scenario` writes one to start from",
-    )
-    chosen.add_argument(
-        "--preset",
-        choices=(*paper.PRESETS, "recommended"),
-        default="printed",
-        help="how the paper is read: printed is inert, claimed works; recommended: what we would "
-        "take instead (default: printed)",
-    )
-
-
-def scene_of(
-    arguments: argparse.Namespace, number: Literal[1, 2, 3], names: Sequence[str]
-) -> Scene:
-    """The scene that was chosen, with those of the options of these names that were given."""
-    chosen = {name: getattr(arguments, name) for name in names}
-    chosen = {name: value for name, value in chosen.items() if value is not None}
-    if arguments.scenario is None:
-        return paper.simulation(number, arguments.preset, **chosen)
-    try:
-        return Scene.read(arguments.scenario, **chosen)
-    except OSError as error:
-        why = error.strerror or error
-        raise Refused(f"--scenario: cannot read {arguments.scenario}: {why}") from error
-
-
 def record(text: str) -> Path:
     """A file for `Run.save`."""
-    return _file(text, (".npz",))
+    return file_of(text, (".npz",))
 
 
-def _file(text: str, endings: tuple[str, ...]) -> Path:
+def file_of(text: str, endings: tuple[str, ...]) -> Path:
+    """A file whose name has one of these endings."""
     path = Path(text)
     if path.suffix.lower() not in endings:
         wanted = " or ".join(endings)

@@ -12,8 +12,18 @@ import numpy as np
 from . import _core
 from ._scene import arguments
 
+ARMS = Path(__file__).parent / "arms"
+"""The arms that come with the package, in TOML."""
 
-def usual_controllers(arm: _core.Arm, bandwidth: float) -> dict[str, Any]:
+
+def arm_names() -> list[str]:
+    """The names of the arms that come with the package."""
+    return sorted(path.stem for path in ARMS.glob("*.toml"))
+
+
+def usual_controllers(
+    arm: _core.Arm, bandwidth: float, light_joints: bool = False
+) -> dict[str, Any]:
     """The recommended one, and rivals with this bandwidth [rad/s] and an uncertainty of a half."""
     plain = (
         "pd_gravity", "computed_torque", "pid", "h_infinity", "slotine_li",
@@ -21,7 +31,8 @@ def usual_controllers(arm: _core.Arm, bandwidth: float) -> dict[str, Any]:
     )  # fmt: skip
     unsure = ("sliding_mode", "robust", "super_twisting", "rise")
     uncertainty = {"inertia": 0.5, "acceleration": 5.0, "disturbance": 2.0}
-    laws: dict[str, Any] = {"recommended": {"law": "recommended"}}
+    light = {"light_joints": True} if light_joints else {}
+    laws: dict[str, Any] = {"recommended": {"law": "recommended", **light}}
     laws |= {name: {"law": name, "bandwidth": bandwidth} for name in plain}
     if isinstance(arm, _core.Serial):
         laws["natural_slotine_li"] = {"law": "natural_slotine_li", "bandwidth": bandwidth}
@@ -84,14 +95,14 @@ def nominal_arm(sections: Mapping[str, Any]) -> _core.Arm:
         raise ValueError(f"robot.{error}") from error
 
 
-def load_robot(source: str | Path, tip: str | None = None) -> _core.Serial:
+def load_robot(source: str | Path, tip: str | None = None, base: str | None = None) -> _core.Serial:
     """A robot by the name of a shipped one, or from a URDF or TOML file."""
     path = Path(source)
-    if path.suffix == "" and not path.exists():
+    if str(source) in arm_names() or (path.suffix == "" and not path.is_file()):
         return _core.Serial.shipped(str(source))
     if path.suffix == ".toml":
         return _core.Serial.from_toml(path)
-    return _core.Serial.from_urdf(path, tip=tip)
+    return _core.Serial.from_urdf(path, base=base, tip=tip)
 
 
 def own_controller(

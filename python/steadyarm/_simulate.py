@@ -1,32 +1,54 @@
-"""The command ``steadyarm simulate``."""
+"""The command ``steadyarm simulate``: one run, of a robot, of a scenario, or of the paper."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from . import paper, reproduction
+from ._design_scene import loop_words
+from ._json import add_json, emit, settle, written
 from ._options import (
     FAILED,
     STOPPED,
     Refused,
-    add_scenario,
     check_files,
     command,
-    names,
+    file_of,
     number,
-    numbers,
     picture,
     record,
+    whole,
+)
+from ._paper_scene import (
+    SHARED,
+    add_compensator,
+    add_feedback,
+    add_scenario,
+    paper_scene,
+    preset,
+)
+from ._report import Report, finite, why
+from ._source import (
+    ENDS,
+    OF_ROBOT,
+    add_robot,
+    add_source,
+    in_loop,
+    kind_of,
+    names_help,
+    refuse_given,
+    refusing,
     scene_of,
 )
-from ._streams import say, tell
-from .run import Run
+from ._streams import tell
 
 if TYPE_CHECKING:
     from ._options import Commands
+    from .bench import Scenario
+    from .run import Run
 
 
 def add_simulate(commands: Commands) -> None:
@@ -34,16 +56,51 @@ def add_simulate(commands: Commands) -> None:
     parser = command(
         commands,
         "simulate",
-        "one run: how it ended, the error, the torque, the certificate",
-        "Run one scene, of the paper or of a file. What you do not give is as it says.\n"
-        'A value for each joint is written "7,70"; fractions like 1/7 are understood.',
+        "one run, of your robot too: how it ended, the error, the torque, and why",
+        "Run one controller once. SOURCE is a robot (a URDF, a TOML, or a name) or a scenario (a\n"
+        "TOML, or a name). A robot gets a payload, friction, 16-bit encoders and torques a sample\n"
+        "late, of which no controller knows; without a SOURCE it is the paper's arm.\n"
+        'A value for each joint is written "7,70"; fractions like 1/7 are understood.\n\n'
+        f"{names_help()}",
         _simulate,
+        examples="  steadyarm simulate robot.urdf --payload 2 --tip tool0\n"
+        "  steadyarm simulate robot.urdf --armature 0.1 --plot run.png --why\n"
+        "  steadyarm simulate panda_payload --controller pid --why\n"
+        "  steadyarm simulate panda --json | jq .steady_rms_e\n"
+        "  steadyarm simulate --preset claimed --plot run.png",
+        aliases=("run",),
     )
-    _add_scene(parser.add_argument_group("scene"))
-    _add_controller(parser.add_argument_group("controller"))
-    add_compensator(parser.add_argument_group("compensator (simulation 3)"))
-    _add_numerics(parser.add_argument_group("numerics"))
+    add_source(parser, "a robot or a scenario (default: the paper's arm)", "?")
+    add_robot(parser)
+    _add_loop(parser.add_argument_group("controller and loop"))
     _add_output(parser.add_argument_group("output"))
+    _add_scene(parser.add_argument_group("the paper's arm, or another of two joints"))
+    add_compensator(parser.add_argument_group("its compensator (simulation 3)"))
+
+
+def add_law(group: argparse._ArgumentGroup | argparse.ArgumentParser) -> None:
+    """Add which controller of a SOURCE runs."""
+    group.add_argument(
+        "--controller",
+        metavar="NAME",
+        help="which one of a SOURCE (default: recommended, or else the first by name)",
+    )
+    seed = "of noise, jitter, lost samples of a SOURCE (default: the scenario's)"
+    group.add_argument("--seed", metavar="N", type=whole, help=seed)
+
+
+def _add_loop(group: argparse._ArgumentGroup) -> None:
+    add_law(group)
+    add = group.add_argument
+    add(
+        "--control-period",
+        metavar="S",
+        type=number,
+        help="the controller steps once every so many seconds and holds its torque, as on a real "
+        "machine (default: 0.001 for a robot, continuous for the paper's arm)",
+    )
+    usual = "length [s] (default: 12 for a robot, 40 for the paper's arm)"
+    add("--duration", metavar="S", type=number, help=usual)
 
 
 def _add_scene(group: argparse._ArgumentGroup) -> None:
@@ -53,95 +110,11 @@ def _add_scene(group: argparse._ArgumentGroup) -> None:
         "--simulation",
         type=int,
         choices=(1, 2, 3),
-        default=3,
         help="1: the model is exact. 2: the arm is twice as heavy as the model, with a "
         "disturbance. 3: the same, with the compensator (default)",
     )
-    add("--duration", metavar="S", type=number, help="length [s] (default: 40)")
-
-
-def _add_controller(group: argparse._ArgumentGroup) -> None:
-    add = group.add_argument
-    add(
-        "--kp",
-        metavar="K",
-        type=numbers,
-        help=f"feedback on position [1/s²] (default: {paper.FEEDBACK['kp']:g})",
-    )
-    add(
-        "--kv",
-        metavar="K",
-        type=numbers,
-        help=f"feedback on velocity [1/s] (default: {paper.FEEDBACK['kv']:g})",
-    )
-    add(
-        "--control-period",
-        metavar="S",
-        type=number,
-        help="the controller steps once every so many seconds and holds its torque, as on a real "
-        "machine (default: continuous, as in the paper)",
-    )
-
-
-def add_compensator(group: argparse._ArgumentGroup) -> None:
-    """Add the options of the compensator."""
-    add = group.add_argument
-    add(
-        "--form",
-        choices=reproduction.FORMS,
-        help="how fuzzy sets combine to rules: grid has every combination (5^inputs), shared one "
-        "rule a set (5), concat one a set and input (20), per_joint a grid a joint (25 each)",
-    )
-    strengths = group.add_mutually_exclusive_group()
-    strengths.add_argument(
-        "--normalized",
-        action="store_true",
-        default=None,
-        help="divide the firing strengths by their sum",
-    )
-    strengths.add_argument(
-        "--raw",
-        action="store_false",
-        dest="normalized",
-        default=None,
-        help="use the firing strengths as they are",
-    )
-    add(
-        "--gain",
-        metavar="G",
-        type=numbers,
-        help="how fast it learns; the inverse of the paper's Γ: too low changes nothing, too high "
-        "shakes a sampled controller",
-    )
-    add(
-        "--inputs",
-        metavar="NAME",
-        type=names,
-        help="what the rules see: error (the paper), state, reference, trajectory, or a list of "
-        "e, de, q, dq, q_d, dq_d, ddq_d",
-    )
-    add(
-        "--leak-rate",
-        metavar="R",
-        type=number,
-        help="how fast it forgets [1/s]; keeps weights from drifting away (default: 0)",
-    )
-    add(
-        "--gamma",
-        metavar="G",
-        type=number,
-        help="level of disturbance that the proof allows for, γ (default: 1)",
-    )
-
-
-def _add_numerics(group: argparse._ArgumentGroup) -> None:
-    add = group.add_argument
-    add(
-        "--dt",
-        metavar="S",
-        type=number,
-        help="step and spacing of the record [s] (default: 0.001)",
-    )
+    add_feedback(group)
+    add("--dt", metavar="S", type=number, help="step and spacing of the record (default: 0.001 s)")
     add(
         "--method",
         choices=("rk4", "dp54"),
@@ -151,104 +124,148 @@ def _add_numerics(group: argparse._ArgumentGroup) -> None:
 
 def _add_output(group: argparse._ArgumentGroup) -> None:
     add = group.add_argument
-    add(
-        "--record-every",
-        metavar="N",
-        type=int,
-        default=1,
-        help="keep every so many steps only (default: 1)",
-    )
+    every = "keep every so many steps only (default: 1)"
+    add("--record-every", metavar="N", type=int, default=1, help=every)
+    add("--why", action="store_true", help="why the error is what it is, by cause")
+    add("--why-plot", metavar="FILE", type=picture, help="the same, drawn")
     add("--plot", metavar="FILE", type=picture, help="draw the run (.png, .svg or .pdf)")
     add(
         "--save",
         metavar="FILE.npz",
         type=record,
-        help="keep the run; steadyarm.Run.load reads it back",
+        help="keep the run, for steadyarm play and export, and steadyarm.Run.load",
     )
+    add("--csv", metavar="FILE", type=Path, help="write all signals over time")
+    add("--html", metavar="FILE", type=_page, help="write a page to look at the run in a browser")
+    add_json(add)
 
 
-OVERRIDES = (
-    "kp",
-    "kv",
-    "form",
-    "normalized",
-    "gain",
-    "inputs",
-    "leak_rate",
-    "gamma",
-    "duration",
-    "dt",
-    "method",
-    "control_period",
+def _page(text: str) -> Path:
+    return file_of(text, (".html",))
+
+
+OVERRIDES = (*SHARED, "duration", "dt", "method", "control_period")
+"""Options that change the paper's scene if they are given."""
+
+OF_PAPER = ("scenario", "preset", "simulation", *SHARED, "dt", "method")
+"""Options that a SOURCE has no use for."""
+
+OF_SOURCE = (*OF_ROBOT, *ENDS, "controller", "seed")
+"""Options that wants a SOURCE."""
+
+FILES: tuple[tuple[str, str, Callable[[Any, Path], Any]], ...] = (
+    ("plot", "picture", lambda run, path: run.plot().savefig(path)),
+    ("save", "record", lambda run, path: run.save(path)),
+    ("csv", "table", lambda run, path: run.to_csv(path)),
+    ("html", "page", lambda run, path: run.to_html(path)),
 )
-"""Options of ``simulate`` that change the scene if they are given."""
+"""What is written of a run, in this order: the option, what it is called, and how."""
+
+PATIENCE = 60.0
+"""Runs longer than this show a progress bar on a terminal [s]."""
 
 
 def _simulate(arguments: argparse.Namespace) -> int:
-    check_files(arguments.plot, arguments.save)
-    try:
-        scene = scene_of(arguments, arguments.simulation, OVERRIDES)
-        run = scene.run(
-            record_every=arguments.record_every,
-            progress=sys.stderr.isatty() and scene.duration > PATIENCE,
-        )
-    except (ValueError, TypeError) as error:
-        raise Refused(error) from error
-    say(_report(run, arguments))
+    settle(arguments)
+    check_files(arguments.why_plot, *(getattr(arguments, option) for option, *_ in FILES))
+    report = _of_paper(arguments) if arguments.source is None else _of_source(arguments)
+    run, words, found = report.run, report.words(), report.plain()
+    asked = arguments.why or arguments.why_plot is not None
+    if asked and len(run.t) and run.status.kind != "interrupted":  # who stops it wants no more
+        more, because = why(report, arguments.why_plot)
+        words, found = f"{words}\n{more}", found | because
+    emit(arguments, words, found)
     if not len(run.t):
         return tell("nothing was recorded, and nothing is written", FAILED)
-    _write(run, {"picture": arguments.plot, "record": arguments.save})
+    if arguments.why_plot is not None and found.get("why") is not None:
+        written(arguments, arguments.why_plot, "picture")
+    _write(run, arguments)
     return {"finished": 0, "interrupted": STOPPED}.get(run.status.kind, FAILED)
 
 
-def _write(run: Run, files: dict[str, Path | None]) -> None:
-    written: list[str] = []
-    for kind, path in files.items():
+def patient(duration: float) -> bool:
+    """Whether a run of this length [s] shows how far it is."""
+    return sys.stderr.isatty() and duration > PATIENCE
+
+
+def simulated(arguments: argparse.Namespace, **options: Any) -> tuple[Scenario, str, Run]:
+    """Run one controller of a SOURCE; return its scene, the controller's name and the run."""
+    scene = scene_of(arguments)
+    scene = in_loop(
+        scene,
+        getattr(arguments, "control_period", None),
+        duration=getattr(arguments, "duration", None),
+    )
+    usual = "recommended" if "recommended" in scene.controllers else next(iter(scene.controllers))
+    name = arguments.controller or usual
+    if name not in scene.controllers:
+        raise Refused(f"--controller: got {name!r}, wants one of {', '.join(scene.controllers)}")
+    options["progress"] = patient(scene.options["duration"])
+    with refusing(kind_of(arguments.source), arguments.source, name):
+        return scene, name, scene.simulate(name, seed=arguments.seed, **options)
+
+
+def _of_source(arguments: argparse.Namespace) -> Report:
+    """The run of a robot or a scenario."""
+    refuse_given(arguments, OF_PAPER, "wants no SOURCE beside it, which says that itself")
+    scene, name, run = simulated(arguments, record_every=arguments.record_every)
+    period, delay = scene.options.get("control_period"), scene.front.get("delay", 0)
+    asked = {
+        "scenario": scene.name,
+        "title": scene.title,
+        "controller": name,
+        "seed": arguments.seed,
+        "control_period": period,
+        "delay": delay,
+        "duration": scene.options["duration"],
+    }
+    return Report(
+        run,
+        {"scenario": scene.title, "controller": name, "loop": loop_words(period, delay)},
+        asked,
+        scene.window,
+        scene.band,
+        finite(scene.plant.effort_limit),
+        scene.events,
+        arm=scene.plant.arm,
+    )
+
+
+def _of_paper(arguments: argparse.Namespace) -> Report:
+    """The run of the paper's arm, or of a file of such an arm."""
+    refuse_given(arguments, OF_SOURCE, "wants a SOURCE: a robot, or a scenario with controllers")
+    arguments.simulation = arguments.simulation or 3
+    try:
+        scene = paper_scene(arguments, arguments.simulation, OVERRIDES)
+        run = scene.run(record_every=arguments.record_every, progress=patient(scene.duration))
+    except (ValueError, TypeError) as error:
+        raise Refused(error) from error
+    head = {"scene": _scene(arguments)}
+    if run.status.kind == "diverged" and "dt = " not in run.status.reason:
+        head["advice"] = _advice(arguments)
+    asked = {
+        "scenario": head["scene"],
+        "controller": "recommended" if preset(arguments) == "recommended" else "computed_torque",
+        "control_period": scene.options.get("control_period"),
+        "duration": scene.duration,
+    }
+    tail = [*_learnt(run), *_certified(run, arguments)] if len(run.t) else []
+    return Report(run, head, asked, tail=tail)
+
+
+def _write(run: Run, arguments: argparse.Namespace) -> None:
+    done: list[str] = []
+    for option, kind, write in FILES:
+        path = getattr(arguments, option)
         if path is None:
             continue
         try:
-            if kind == "picture":
-                run.plot().savefig(path)
-            else:
-                run.save(path)
+            write(run, path)
         except KeyboardInterrupt:
-            kept = f"; kept: {', '.join(written)}" if written else ""
+            kept = f"; kept: {', '.join(done)}" if done else ""
             raise KeyboardInterrupt(f"{path} was not written{kept}") from None
-        written.append(str(path))
-        say(f"{kind:12}{path}")
-
-
-PATIENCE = 200.0
-"""Runs longer than this show a progress bar on a terminal [s]."""
-
-METRICS = {
-    "rms_e": "RMS error [rad]",
-    "max_abs_e": "max |error| [rad]",
-    "rms_tau": "RMS torque [N·m]",
-    "max_abs_tau": "max |torque| [N·m]",
-    "torque_variation": "torque variation [N·m/s]",
-}
-"""Names and units of the metrics."""
-
-
-def _report(run: Run, arguments: argparse.Namespace) -> str:
-    """What happened, in lines."""
-    lines = [f"scene       {_scene(arguments)}", f"status      {run.status}"]
-    if run.status.kind == "diverged" and "dt = " not in run.status.reason:
-        lines += [f"            {_why(arguments)}"]
-    if not len(run.t):
-        return "\n".join(lines)
-    end = float(run.t[-1])
-    late, whole = run.metrics((end / 2, end)), run.metrics()
-    joints = "".join(f"{f'joint {joint + 1}':>13}" for joint in range(run.joints))
-    lines += ["", f"{'':46}{joints}"]
-    for name, label in METRICS.items():
-        second_half = name in ("rms_e", "rms_tau", "torque_variation")
-        values = getattr(late if second_half else whole, name)
-        when = f"{end / 2:.4g} to {end:.4g} s" if second_half else "whole run"
-        figures = "".join(f"{value:13.6g}" for value in values)
-        lines.append(f"{label:31}{when:>15}{figures}")
-    return "\n".join([*lines, "", *_learnt(run, end), *_certified(run, arguments)])
+        done.append(str(path))
+        written(arguments, path, kind)
 
 
 def _scene(arguments: argparse.Namespace) -> str:
@@ -257,7 +274,7 @@ def _scene(arguments: argparse.Namespace) -> str:
         words = [str(arguments.scenario)]
     else:
         words = [f"simulation {arguments.simulation}"]
-        words += [f"preset {arguments.preset}"] * (arguments.simulation == 3)
+        words += [f"preset {preset(arguments)}"] * (arguments.simulation == 3)
     for name in OVERRIDES:
         value = getattr(arguments, name)
         if name == "normalized" and value is not None:
@@ -268,17 +285,17 @@ def _scene(arguments: argparse.Namespace) -> str:
     return ", ".join(words)
 
 
-def _why(arguments: argparse.Namespace) -> str:
+def _advice(arguments: argparse.Namespace) -> str:
     if arguments.control_period is not None:
         return "shorten --control-period or lower --gain: it learns too fast for its sampling"
     return "lower --gain or shorten --dt"
 
 
-def _learnt(run: Run, end: float) -> list[str]:
+def _learnt(run: Run) -> list[str]:
     """How much of what the model leaves out the compensator makes up for, in the second half."""
     if run.weights is None or not run.status.finished:
         return []
-    late = run.t >= end / 2
+    late = run.t >= run.t[-1] / 2
     left = ((run.rho - run.rho_hat)[late] ** 2).sum(axis=0)
     share = 1 - (left / (run.rho[late] ** 2).sum(axis=0)) ** 0.5
     figures = ", ".join(f"joint {n + 1} {100 * value:.1f} %" for n, value in enumerate(share))

@@ -37,6 +37,12 @@ from .simulation import simulate
 LIBRARY = Path(__file__).parent / "scenarios"
 """The scenarios that come with the package, in TOML."""
 
+BEYOND = (0.0, 0.0, 0.05)
+"""The centre of mass of a robot's payload, in the frame of its tip [m]."""
+
+FRICTION_SHARE = 0.01
+"""A robot's friction as a share of its effort limits, where nobody says it."""
+
 TIMED_STEPS = 2000
 """Steps of which the processor time is taken."""
 
@@ -138,10 +144,12 @@ class Scenario:
         arm: _core.Arm,
         *,
         payload: float = 0.0,
-        friction_share: float = 0.01,
+        friction_share: float = FRICTION_SHARE,
         name: str = "robot",
         bandwidth: float = 15.0,
         armature: Any = None,
+        effort_limit: Any = None,
+        light_joints: bool = False,
         duration: float = 12.0,
     ) -> Scenario:
         """A first comparison for any robot.
@@ -151,6 +159,8 @@ class Scenario:
         with velocities by difference, torques one sample late, at 1 kHz. Every controller has the
         ``bandwidth`` [rad/s], and the motion stays within a third of the limits. ``armature``
         [kg·m²]: rotors that the controllers know of, scalar or (n,); None: as the arm has them.
+        ``effort_limit`` [N·m]: largest torques, scalar or (n,); None: as the arm has them.
+        ``light_joints``: as of `recommended`.
         """
         if armature is not None:
             if not isinstance(arm, _core.Serial):
@@ -161,7 +171,10 @@ class Scenario:
             arm = arm.with_armature(armature)
         actual: dict[str, Any] = {"friction_share": friction_share}
         if payload:
-            actual |= {"payload": {"mass": payload, "com": [0.0, 0.0, 0.05]}}
+            actual |= {"payload": {"mass": payload, "com": list(BEYOND)}}
+        if effort_limit is not None:
+            limits = np.asarray(effort_limit, dtype=float).tolist()
+            actual["effort_limit"] = limits if np.ndim(limits) else [limits] * arm.joints
         plant, _ = actual_plant(arm, None, actual, None)
         effects = _core.Effects(encoder_bits=16, velocity="difference", delay=1)
         reference = sweep(arm)
@@ -170,7 +183,7 @@ class Scenario:
             arm,
             plant,
             reference,
-            usual_controllers(arm, bandwidth),
+            usual_controllers(arm, bandwidth, light_joints),
             title=f"{name}: {payload:g} kg and friction that nobody told the controllers of",
             effects=effects,
             front=front_of({"hand_over": 3.0, "velocity_filter": 100.0}, effects),

@@ -9,19 +9,24 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from . import __version__, _files, _streams, paper, reproduction
-from ._bench import add_compare, add_run
+from ._compare import add_compare
+from ._completion import add_completion
 from ._design import add_design
+from ._export import add_export
 from ._extras import Missing
 from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
+from ._play import add_play
 from ._progress import Progress
+from ._robots import add_robots
+from ._scenario_file import add_scenario
 from ._simulate import add_simulate
 from ._streams import say, tell
-from .bench import LIBRARY, scenario_names
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -30,44 +35,50 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Tracking control of robot arms whose dynamics nobody knows exactly: a model-based controller
-(computed torque), plus a fuzzy compensator that learns, while the arm moves, what the model leaves
-out. This command runs the scenes of the paper, a two-joint arm, your own of such an arm, and
-compares every controller on any robot.
+(computed torque), plus a compensator that learns, while the arm moves, what the model leaves out.
+This command says which controller your robot and your loop want, runs it on that robot with a
+payload and friction that it does not know, and compares it with all others.
 """
 
 EPILOG = """\
-try:
+your robot, from its URDF:
+  steadyarm robots robot.urdf                         what the file says, and what it lacks
+  steadyarm design robot.urdf                         which controller, how fast must the loop be?
+  steadyarm simulate robot.urdf --payload 2 --why     one run, and why the error is what it is
+  steadyarm compare robot.urdf --payload 2            every controller, in one table
+  steadyarm play robot.urdf --payload 2               the run as a page in the browser
+
+a robot or a scene that comes with it, and the paper:
+  steadyarm robots                                    their names
+  steadyarm simulate panda --armature 0.1 --plot run.png
+  steadyarm compare paper_sensors                     every rival on the paper's arm
+  steadyarm scenario panda > mine.toml                a file to edit, for all of these commands
+  steadyarm simulate --preset claimed --plot run.png  a run of the paper, drawn
   steadyarm reproduce                                 the paper and its rivals, with a verdict
-  steadyarm simulate --preset claimed --plot run.png  one run, drawn
-  steadyarm design --preset claimed --control-period 0.002
-                                                      will it help, will it be stable?
-  steadyarm design paper_sensors                      which of its controllers suit its loop?
-  steadyarm compare paper_sensors                     every rival, in one table
-  steadyarm compare robot.urdf --payload 2            the same on your robot
-  steadyarm scenario > mine.toml                      a file to edit; simulate --scenario mine.toml
-  steadyarm approximate --out approximation.png       how well rules can learn a function
 
 symptoms, and the run that shows each:
   My model-based controller still has a tracking error.
       steadyarm simulate --simulation 2        the arm is twice as heavy as the controller thinks
       steadyarm simulate --preset claimed      the same arm; the compensator makes up for it
-      steadyarm run panda_payload --controller pid --why
+      steadyarm simulate panda_payload --controller pid --why
                                                why the error is what it is, cause by cause
   I added the compensator and nothing changed.
       steadyarm simulate --preset printed      the gain is too low for these rules
       steadyarm design --preset printed        says so beforehand, and which gain would do
       steadyarm simulate --gain 700            five rules with normalised strengths want this much
   It works in continuous time and blows up on the real controller.
+      steadyarm design panda --armature 0.1 --control-period 0.01
+                                               which controllers such a loop is too slow for
       steadyarm simulate --form concat --raw --gain 70 --control-period 0.04
                                                it learns too fast for 25 samples a second
       steadyarm design --form concat --raw --gain 70 --control-period 0.04
                                                refuses it, and says how fast the loop must be
   The torque jumps.
       add --plot run.png to any run: it draws the model's and the compensator's part of the torque;
-      "torque variation" puts a number on it
+      "variation" puts a number on it
 
-"steadyarm <command> --help" explains the options. Exit code: 0 done, 1 failed (also a run that
-blew up), 2 arguments that make no sense, 130 stopped with Ctrl-C.
+"steadyarm <command> --help" explains the options, with examples. Exit code: 0 done, 1 failed (also
+a run that blew up), 2 arguments that make no sense, 130 stopped with Ctrl-C.
 """
 
 
@@ -75,7 +86,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; return the exit code."""
     _streams.prepare()
     try:
-        code = _run(argv)
+        with warnings.catch_warnings():
+            warnings.showwarning = _warned
+            code = _run(argv)
         _streams.finish()
     except OSError as error:
         file = error.filename or "the output"
@@ -87,6 +100,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as error:
         return tell(f"stopped; {str(error) or 'nothing was written'}", STOPPED)
     return code
+
+
+def _warned(message: Warning | str, *_: object, **__: object) -> None:
+    """Say a warning without the place in the code that it comes from."""
+    tell(f"note: {message}")
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -134,6 +152,7 @@ def _add_reproduce(commands: Commands) -> None:
         "compare.csv and compare.html, a page; prints both tables and what they show.\n"
         "RMS errors are over 20 to 40 s, maxima over the whole run.",
         _reproduce,
+        examples="  steadyarm reproduce --out results",
     )
     parser.add_argument(
         "--out",
@@ -230,47 +249,6 @@ def _progress(cases: list[reproduction.Case]) -> Iterator[reproduction.Case]:
         bar.to(len(cases))
 
 
-# scenario
-
-
-def _add_scenario(commands: Commands) -> None:
-    parser = command(
-        commands,
-        "scenario",
-        "a scenario as TOML, to be edited for your own scene",
-        "Print one of the paper's simulations, or a scenario of `steadyarm compare`, as TOML.\n"
-        "Edit it, and run it:\n\n"
-        "  steadyarm scenario --preset claimed > mine.toml\n"
-        "  steadyarm simulate --scenario mine.toml\n\n"
-        "  steadyarm scenario paper_sensors > mine.toml\n"
-        "  steadyarm compare mine.toml\n\n"
-        "Editors that know TOML (Even Better TOML, taplo) complete and check the keys of such a\n"
-        "file, with the schema beside it:\n\n"
-        "  steadyarm scenario --schema > schema.json",
-        _scenario,
-    )
-    parser.add_argument(
-        "name", nargs="?", choices=scenario_names(), metavar="NAME", help="one of compare's list"
-    )
-    parser.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
-    parser.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
-    parser.add_argument("--schema", action="store_true", help="the JSON Schema of such a file")
-
-
-def _scenario(arguments: argparse.Namespace) -> int:
-    if arguments.schema:
-        if arguments.name is not None:
-            raise Refused("--schema: is one for all scenarios, wants no NAME beside it")
-        say((LIBRARY / "schema.json").read_text(encoding="utf-8").rstrip())
-        return 0
-    if arguments.name is not None:
-        text = (LIBRARY / f"{arguments.name}.toml").read_text(encoding="utf-8")
-        say(text.rstrip())
-        return 0
-    say(paper.scenario(arguments.simulation, arguments.preset).rstrip())
-    return 0
-
-
 # approximate
 
 
@@ -283,6 +261,7 @@ def _add_approximate(commands: Commands) -> None:
         "and print the largest error on a fine grid of other points: the paper's statement (5),\n"
         "that enough rules come as close as you like to any continuous function.",
         _approximate,
+        examples="  steadyarm approximate --out approximation.png",
     )
     parser.add_argument("--out", metavar="FILE", type=picture, help="draw it (.png, .svg or .pdf)")
 
@@ -307,14 +286,21 @@ def _approximate(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _add_completion(commands: Commands) -> None:
+    add_completion(commands, _parser)
+
+
 COMMANDS: tuple[Callable[[Commands], None], ...] = (
-    _add_reproduce,
-    add_simulate,
+    add_robots,
     add_design,
+    add_simulate,
     add_compare,
-    add_run,
-    _add_scenario,
+    add_play,
+    add_export,
+    add_scenario,
+    _add_reproduce,
     _add_approximate,
+    _add_completion,
 )
 """The commands, in the order of the help."""
 

@@ -1,4 +1,4 @@
-"""The commands ``run``, ``compare`` and ``scenario``: exit codes, what they print and write."""
+"""Scenarios on the command line: exit codes, and what is printed and written."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_run_refuses_in_one_line(file: str, capsys: Out) -> None:
         (["run", file, "--seed", "-1"], "seed"),
         (["run", file, "--plot", "run.txt"], "--plot"),
         (["run", file, "--magic"], "--magic"),
-        (["run"], "SCENARIO"),
+        (["compare"], "SOURCE"),
     ):
         assert main(arguments) == 2, arguments
         said = capsys.readouterr().err.splitlines()[-1]
