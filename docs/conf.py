@@ -1,6 +1,5 @@
 """Sphinx configuration of the manual."""
 
-import re
 import sys
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -44,25 +43,3 @@ python_maximum_signature_line_length = 80
 toc_object_entries_show_parents = "hide"
 # One name may belong to several classes: `rules`, `P`.
 suppress_warnings = ["ref.python"]
-
-
-SECTIONS = {"Parameters", "Attributes"}
-
-
-def spread(lines):
-    """Write ``name: text`` of a section as napoleon wants it, which would take text for a type."""
-    within = False
-    for line, below in zip(lines, [*lines[1:], ""], strict=True):
-        if below.startswith("---"):
-            within = line in SECTIONS
-        field = re.match(r"([\w, ]+): (.+)", line) if within else None
-        yield from [field[1], "    " + field[2]] if field else [line]
-
-
-def setup(app):
-    """Prepare docstrings: |W| is a norm, which reStructuredText takes for a substitution."""
-
-    def prepare(app, what, name, thing, options, lines):
-        lines[:] = [line.replace("|", r"\|") for line in spread(lines)]
-
-    app.connect("autodoc-process-docstring", prepare, priority=100)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import inspect
 import re
+from collections.abc import Iterator
 
 import steadyarm
 from docutils import nodes
@@ -73,7 +74,9 @@ def show_type(app, domain, objtype, content):
                 result.children = [nodes.Text(SHAPES.get(name, "array"))]
         type_ = attribute_type(name) if objtype in ("attribute", "property") else ""
         if type_:
-            line += addnodes.desc_annotation("", "", nodes.Text(": "), *linked(type_, line))
+            place = line.index(next(iter(line.findall(addnodes.desc_name)))) + 1
+            shown = addnodes.desc_annotation("", "", nodes.Text(": "), *linked(type_, line))
+            line.insert(place, shown)
 
 
 def linked(type_: str, line: addnodes.desc_signature) -> list[nodes.Node]:
@@ -100,10 +103,30 @@ def plain_docstring(app, what, name, thing, options, lines):
             lines += [f".. py:attribute:: {field}", "", f"   {words}", ""]
 
 
+def spread(lines: list[str]) -> Iterator[str]:
+    """Write ``name: text`` of a section as napoleon wants it, which would take text for a type."""
+    within = False
+    for line, below in zip(lines, [*lines[1:], ""], strict=True):
+        if below.startswith("---"):
+            within = line in ("Parameters", "Attributes")
+        field = re.match(r"([\w, ]+): (.+)", line) if within else None
+        yield from [field[1], "    " + field[2]] if field else [line]
+
+
+def plain_bars(line: str) -> str:
+    """|W| is a norm, which reStructuredText takes for a substitution, but in literals."""
+    return re.sub(r"(``.*?``)|\|", lambda match: match[1] or r"\|", line)
+
+
+def house_docstring(app, what, name, thing, options, lines):
+    """Prepare a docstring as this package writes them."""
+    lines[:] = map(plain_bars, spread(lines))
+
+
 def whole_docstring(app, what, name, thing, options, lines):
     """Words of an attribute as they were: napoleon takes those before a colon for its type."""
     if what in ("attribute", "property", "data"):
-        lines[:] = [line.replace("|", r"\|") for line in KEPT.pop(name, lines)]
+        lines[:] = map(plain_bars, KEPT.pop(name, lines))
 
 
 def found(app, target: str, inside: str | None = None):
@@ -178,6 +201,7 @@ def setup(app):
     app.connect("source-read", in_order)
     app.connect("autodoc-process-signature", signature)
     app.connect("autodoc-process-docstring", plain_docstring, priority=50)
+    app.connect("autodoc-process-docstring", house_docstring, priority=100)
     app.connect("autodoc-process-docstring", whole_docstring, priority=900)
     app.connect("object-description-transform", show_type)
     app.connect("missing-reference", refer)

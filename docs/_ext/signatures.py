@@ -42,7 +42,9 @@ WORDS = {
     "Iterable": "list",
     "PathLike": "Path",
     "Value": "float | None",
-    "Window": "tuple[float, float]",
+    "Window": "tuple[float, float] | None",
+    "Joints": "int | str | list[int | str] | None",
+    "Style": "'light' | 'dark'",
     "SupportsIndex": "int",
 }
 """What a type is called here; the arguments of what is no container are left out."""
