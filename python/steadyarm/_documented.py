@@ -5,7 +5,6 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping
 from inspect import cleandoc
-from textwrap import indent
 from typing import Any, TypeVar
 
 Kind = TypeVar("Kind", bound=type)
@@ -23,6 +22,8 @@ class FieldWords:
         self.whole: str | None = None
 
     def __get__(self, it: object, kind: type) -> str | None:
+        from textwrap import indent
+
         if self.whole is None and self.own is not None:
             fields = _fields(kind)
             others = {name: ("", "") for name in self.told if name not in fields}
