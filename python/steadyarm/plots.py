@@ -21,7 +21,8 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
 from . import _files
-from .run import CHANNELS, Run
+from .record import CHANNELS
+from .run import Run
 
 BLUE, ORANGE, GREEN, PURPLE, SKY = "#0072B2", "#D55E00", "#009E73", "#AA4499", "#56B4E9"
 INK, GRAY, PALE, FAINT = "#222222", "#767676", "#B8B8B8", "#E6E6E6"
