@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from . import _comparison_data, _pareto
+from . import _comparison_data, _page, _pareto
 from ._comparison_words import digits, done, explained, plain, used
 from ._figures import Figure, Value
 
@@ -23,32 +21,20 @@ def page(comparison: Comparison, arm: Any, sort: str | None) -> str:
     lines = comparison.table(sort)
     groups = _groups(lines)
     title = comparison.scenario if _short(comparison.scenario) else TITLE
-    body = [f"<h1>{_text(title)}</h1>", *_notes(comparison)]
+    body = [f"<h1>{_page.text(title)}</h1>", *_notes(comparison)]
     for number, (scenario, group) in enumerate(groups.items()):
         body += ["<section>"]
-        body += [f"<h2>{_text(scenario)}</h2>"] * bool(scenario)
+        body += [f"<h2>{_page.text(scenario)}</h2>"] * bool(scenario)
         body += [_table(group, f"caption-{number}", _caption(scenario, lines), sort)]
         body += [_told(group), _pareto.drawn(group, number), "</section>"]
     data = _comparison_data.collected(groups, arm)
     if any(scene["curves"] for scene in data["scenes"]):
-        body += [_part("_comparison.html")]
-        body += [f'<script type="application/json" id="data">{_embedded(data)}</script>']
+        body += [_page.part("_comparison.html"), _page.data(data)]
     if comparison.scenario and not _short(comparison.scenario):
-        told = _text(comparison.scenario, lines=True)
+        told = _page.text(comparison.scenario, lines=True)
         body += [f"<details><summary>The scenario</summary><pre>{told}</pre></details>"]
-    body += [f"<script>\n{_part('_comparison.js')}</script>"]
-    head = [
-        '<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<meta name="color-scheme" content="light dark">',
-        f"<title>{_text(title)}</title>",
-        f"<style>\n{_part('_comparison.css')}</style>",
-    ]
-    parts = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>', *head, "</head>\n<body>\n<main>", *body,
-        "</main>\n</body>\n</html>\n",
-    ]  # fmt: skip
-    return "\n".join(parts)
+    body += [_page.script("_comparison.js")]
+    return _page.document(title, ["_comparison.css"], body)
 
 
 def fragment(comparison: Comparison, sort: str | None) -> str:
@@ -91,7 +77,7 @@ def _table(lines: Sequence[Line], name: str, caption: str, sort: str | None) -> 
     rows = []
     for line in lines:
         cells = [_cell(line, figure) for figure in figures]
-        head = f'<th scope="row">{_text(line.controller)}</th>'
+        head = f'<th scope="row">{_page.text(line.controller)}</th>'
         end = f'<td data-value="{line.finished}">{done(line)}</td>'
         rows.append(f'<tr class="{line.status}">{head}{"".join(cells)}{end}</tr>')
     parts = [
@@ -133,32 +119,13 @@ def _told(lines: Sequence[Line]) -> str:
     told = [(line.controller, explained(line)) for line in lines if explained(line)]
     if not told:
         return ""
-    items = [f"<li><strong>{_text(name)}</strong> {escape(why)}</li>" for name, why in told]
+    items = [f"<li><strong>{_page.text(name)}</strong> {escape(why)}</li>" for name, why in told]
     return "\n".join(['<ul class="told">', *items, "</ul>"])
 
 
 def _notes(comparison: Comparison) -> list[str]:
-    return [f"<p>{_text(note)}</p>" for note in comparison.notes]
+    return [f"<p>{_page.text(note)}</p>" for note in comparison.notes]
 
 
 def _short(text: str) -> bool:
     return bool(text) and "\n" not in text
-
-
-def _text(text: str, lines: bool = False) -> str:
-    """Text that a page shows as it stands."""
-    if lines:
-        return "\n".join(_text(line) for line in text.splitlines())
-    return escape(plain(text))
-
-
-def _embedded(data: Any) -> str:
-    """JSON that no text in it can end."""
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    for character in "<>&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
-
-
-def _part(name: str) -> str:
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -16,12 +16,13 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
 from . import _files
+from ._places import Points, is_flat
+from ._places import joint_points as joint_points
 from ._progress import Progress
 from .plots import BLUE, DPI, INK, ORANGE, PALE, Picture
 from .run import Run
 
 Array = NDArray[np.float64]
-Points = Callable[[Array], Array]
 
 FRAMES_PER_SECOND = 25
 MOST_FRAMES = 2000
@@ -62,18 +63,6 @@ def save_animation(
     return path
 
 
-def joint_points(arm: Any) -> Points:
-    """Return the function from q to the places of the base, every joint and the tip [m], (…, 3)."""
-    if not (hasattr(arm, "link_poses") and hasattr(arm, "pose")):
-        raise TypeError(f"arm: got {type(arm).__name__}, wants a TwoLink or a Serial")
-
-    def points(q: Array) -> Array:
-        joints = np.asarray(arm.link_poses(q))[:, :3, 3]
-        return np.vstack([np.zeros(3), joints, np.asarray(arm.pose(q))[:3, 3]])
-
-    return points
-
-
 class _Film:
     """The picture whose lines are moved from frame to frame."""
 
@@ -82,7 +71,7 @@ class _Film:
         self.actual = np.array([points(run.q[k]) for k in frames])
         self.desired = np.array([points(run.q_d[k]) for k in frames])
         everything = np.concatenate([self.actual, self.desired]).reshape(-1, 3)
-        self.flat = bool(np.ptp(everything[:, 2]) < 1e-9)
+        self.flat = is_flat(everything)
         self.picture = Picture(width=6.0, height=6.2)
         FigureCanvasAgg(self.picture)
         axes = self._axes(everything)
