@@ -53,8 +53,8 @@ class Curves:
             return self
         edges = np.linspace(0, len(self.t), points // 2 + 1).astype(np.intp)
         rows = np.stack([edges[:-1], edges[1:] - 1], axis=1).ravel()
-        torque = _envelope(self.tau, edges) if len(self.tau) else self.tau
-        return Curves(self.t[rows], _envelope(self.e, edges), torque, self.q[rows])
+        torque = envelope(self.tau, edges) if len(self.tau) else self.tau
+        return Curves(self.t[rows], envelope(self.e, edges), torque, self.q[rows])
 
     @property
     def joints(self) -> int:
@@ -84,13 +84,15 @@ class Curves:
         return cls(t, *(parts[name].T for name in SIGNALS))
 
 
-def _envelope(signal: Array, edges: NDArray[np.intp]) -> Array:
+def envelope(signal: Array, edges: NDArray[np.intp]) -> Array:
     """The smallest and the largest value of every stretch, in the order in which they came."""
     thinned = np.empty((2 * (len(edges) - 1), signal.shape[1]))
+    columns = np.arange(signal.shape[1])
     for k, (start, end) in enumerate(pairwise(edges)):
         part = signal[start:end]
-        ends = np.sort([part.argmin(axis=0), part.argmax(axis=0)], axis=0)
-        thinned[2 * k : 2 * k + 2] = np.take_along_axis(part, ends, axis=0)
+        least, most = part.argmin(axis=0), part.argmax(axis=0)
+        thinned[2 * k] = part[np.minimum(least, most), columns]
+        thinned[2 * k + 1] = part[np.maximum(least, most), columns]
     return thinned
 
 

@@ -59,15 +59,16 @@ function way(t, values, { x, y }) {
   });
   return path;
 }
-// The values to be seen: the start may have a peak that leaves no room for the rest. What is cut
-// off is told as [least, most].
+// The values to be seen: the start may have a peak that leaves no room for the rest. If that makes
+// half of the room free, peaks are cut off, and [least, most] tells how large they are.
 function cutSpan(values) {
   const ordered = values.slice().sort((a, b) => a - b);
   const [least, most] = [ordered[0], ordered[ordered.length - 1]];
   const part = (share) => ordered[Math.round(share * (ordered.length - 1))];
   const spare = 0.6 * (part(0.98) - part(0.02)) || Infinity;
   const [low, up] = [Math.max(least, part(0.02) - spare), Math.min(most, part(0.98) + spare)];
-  return { span: widened(low, up), cut: low > least || up < most ? [least, most] : null };
+  const cut = most - least > 2 * (up - low);
+  return cut ? { span: widened(low, up), cut: [least, most] } : { span: widened(least, most) };
 }
 function widened(least, most) {
   const room = 0.05 * (most - least) || 0.05 * Math.abs(most) || 0.5;

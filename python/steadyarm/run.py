@@ -259,6 +259,23 @@ class Run(_Columns):
 
         return plots.signals(self, names) if names else plots.overview(self)
 
+    def to_html(self, path: str | Path, *, arm: Any = None, against: Any = None) -> None:
+        """Write a page of one file that needs no network: the arm in motion, curves and figures.
+
+        ``arm``: a `TwoLink` or a `Serial`; None: the plant's, if the run says what it was made with
+        (`scene`), or else the page has the curves alone. ``against``: another run, or several by
+        name, beside it at the same time and in the same scale. What the plant's arm carries and
+        the controller does not know of is drawn at its tip.
+        """
+        from . import _files, _view_page
+
+        _files.text(path, _view_page.page(self, arm, against))
+
+    def _repr_html_(self) -> str:
+        from . import _view_page
+
+        return _view_page.fragment(self)
+
     def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
         """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.
 
