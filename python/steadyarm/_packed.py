@@ -24,4 +24,4 @@ def packed(values: Array) -> list[Any]:
         share = (values - low) / (high - low) if high > low else 0.0 * values
     steps = np.where(np.isfinite(share), np.rint(share * (GAP - 1)), GAP).astype(int)
     letters = _LETTERS[np.stack([steps // 64, steps % 64], axis=-1)]
-    return [float(f"{low:.6g}"), float(f"{high:.6g}"), letters.tobytes().decode()]
+    return [float(f"{low:.9g}"), float(f"{high:.9g}"), letters.tobytes().decode()]

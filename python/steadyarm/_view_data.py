@@ -69,7 +69,7 @@ class Moving:
 def collected(runs: Mapping[str, Run], arms: Sequence[Any]) -> dict[str, Any]:
     """What the script draws: of every run its curves and, with an arm, its places."""
     first, arm = next(iter(runs.values())), next((one for one in arms if one is not None), None)
-    names = first.joint_names if arm is None else joint_names(arm, first.joints)
+    names = joint_names(arm, first.joints) if first._made is None else first.joint_names
     kinds = ("revolute",) * first.joints if arm is None else arm.joint_kinds
     points = max(40, min(POINTS, BUDGET // (2 * len(runs) * (1 + 2 * first.joints))))
     frames = max(20, FRAMES_BUDGET // (12 * len(runs) * (first.joints + 2)))
@@ -136,13 +136,18 @@ def _load(run: Run, rows: NDArray[np.intp]) -> tuple[Array, list[tuple[float, fl
 
 
 def _room(runs: Sequence[Run], moving: Sequence[Moving]) -> tuple[Array, Array]:
-    """The corners of what is to be seen: where the arms should be, and where they were if sound."""
-    parts = [np.zeros((1, 3))]
+    """The corners of what is to be seen: the places of all arms, as far as they are not wild."""
+    sure = [np.zeros((1, 3))]
+    rest: list[Array] = []
     for run, part in zip(runs, moving, strict=True):
-        parts.append(part.desired.reshape(-1, 3))
-        if run.status.kind in SOUND:
-            parts.append(part.actual.reshape(-1, 3))
-    places = np.concatenate(parts)
+        sure.append(part.desired.reshape(-1, 3))
+        (sure if run.status.kind in SOUND else rest).append(part.actual.reshape(-1, 3))
+    places = np.concatenate(sure)
+    low, high = places.min(axis=0), places.max(axis=0)
+    if rest:
+        spare, wild = (high - low).max(), np.concatenate(rest)
+        inside = ((wild >= low - spare) & (wild <= high + spare)).all(axis=1)
+        places = np.concatenate([places, wild[inside]])
     return places.min(axis=0), places.max(axis=0)
 
 

@@ -110,7 +110,10 @@ def _told(runs: Mapping[str, Run], arms: Sequence[Any]) -> str:
     """What each run is: how it ended, what was recorded of it, and its notes."""
     items = []
     for (name, run), arm in zip(runs.items(), arms, strict=True):
-        said = [f"{run.status}".rstrip("."), f"{len(run.t)} rows of {run.joints} joints"]
+        said = [
+            f"{run.status}".rstrip("."),
+            f"{len(run.t)} row{'s' * (len(run.t) != 1)} of {run.joints} joints",
+        ]
         if not len(run.tau):
             said.append("the motion alone was recorded, and no torque")
         if arm is None:
