@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from functools import cached_property
 from pathlib import Path
@@ -198,6 +198,16 @@ class Run(_Columns):
     def to_dict(self) -> dict[str, Array]:
         """All recorded signals by name, (T,) or (T, n); `channels` has their units."""
         return {name: getattr(self, name) for name in self.channels}
+
+    def to_csv(self, path: str | Path, names: Sequence[str] | None = None) -> None:
+        """Write recorded signals to a CSV file: all of them, or those of these names.
+
+        The header has ``t``, then a column a joint, ``q_1`` to ``q_n``; a signal of one number has
+        its own name. A row a sample, with all digits. The file is replaced as a whole.
+        """
+        from . import _files, _tables
+
+        _files.text(path, _tables.to_csv(self, names))
 
     def to_pandas(self) -> pandas.DataFrame:
         """All recorded signals as a table over time.
