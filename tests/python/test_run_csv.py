@@ -50,6 +50,6 @@ def test_what_is_not_there_is_named_and_the_old_file_stays(tmp_path: Path) -> No
     path.write_text("old")
     with pytest.raises(ValueError, match=r"^names: got 'torque', wants some of t, q, "):
         RECORD.to_csv(path, ["torque"])
-    with pytest.raises(TypeError, match="^names: got the text 'tau', wants a list of signals"):
+    with pytest.raises(TypeError, match=r"^names: got the text 'tau', wants a list of signals"):
         RECORD.to_csv(path, "tau")
     assert path.read_text() == "old"
