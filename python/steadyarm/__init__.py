@@ -65,7 +65,8 @@ from .learnable import Learnable, learnable
 from .learned import Learned, learned
 from .metrics import Metrics
 from .recommended import recommended
-from .run import Certificate, Channel, GuardReport, Run, Status
+from .record import Certificate, Channel, GuardReport, Status
+from .run import Run
 from .scenario import Scene
 from .simulation import DesignWarning, replay, simulate
 

@@ -1,4 +1,3 @@
-"use strict";
 // Heads of the tables become buttons: the first press sorts upwards, the next one downwards.
 function value(cell) {
   if (!cell.dataset.value) return cell.tagName === "TH" ? cell.textContent : null;
@@ -30,20 +29,11 @@ for (const table of document.querySelectorAll("table")) {
   });
 }
 
-// Curves: two characters a sample, from the least value of the curve to the largest.
-const held = document.getElementById("data");
-if (held) start(JSON.parse(held.textContent));
+const data = embedded();
+if (data) start(data);
 
 function start(data) {
-  const digit = new Map([...data.alphabet].map((letter, at) => [letter, at]));
-  const unpacked = ([low, high, text]) => {
-    const values = [];
-    for (let k = 0; k < text.length; k += 2) {
-      const step = 64 * digit.get(text[k]) + digit.get(text[k + 1]);
-      values.push(step === 4095 ? NaN : low + ((high - low) * step) / 4094);
-    }
-    return values;
-  };
+  const unpacked = unpacker(data.alphabet);
   for (const scene of data.scenes) {
     for (const curve of scene.curves) {
       curve.t = unpacked(curve.t);
@@ -57,26 +47,6 @@ function start(data) {
   const scenes = data.scenes.filter((scene) => scene.curves.length);
   startCurves(scenes);
   startArms(scenes);
-}
-
-function option(select, text, index) {
-  const made = document.createElement("option");
-  made.textContent = text;
-  made.value = index;
-  select.append(made);
-}
-function draw(svg, tag, attributes, text) {
-  const made = document.createElementNS(svg.namespaceURI, tag);
-  for (const [name, one] of Object.entries(attributes)) made.setAttribute(name, one);
-  if (text !== undefined) made.textContent = text;
-  svg.append(made);
-  return made;
-}
-function short(number) {
-  if (number === 0) return "0";
-  const size = Math.abs(number);
-  if (size >= 1e5 || size < 1e-3) return number.toExponential(0);
-  return String(Number(number.toPrecision(3)));
 }
 
 function startCurves(scenes) {
@@ -134,31 +104,20 @@ function drawCurves(section, curves, picked, signal, joint) {
   const sane = shown.filter(({ curve }) => ["finished", "unresolved"].includes(curve.status));
   const values = (sane.length ? sane : shown).flatMap(({ curve }) => curve[signal][joint])
     .filter((one) => Number.isFinite(one));
-  const span = signal === "e" ? errorSpan(values) : torqueSpan(values, hint);
+  const { span, cut } = signal === "e" ? { span: errorSpan(values) } : cutSpan(values);
+  if (cut) {
+    hint.textContent = `Torques from ${cut.map(short).join(" to ")} N·m; peaks are cut off.`;
+  }
   const from = Math.min(...shown.map(({ curve }) => curve.t[0]));
   const end = Math.max(...shown.map(({ curve }) => curve.t[curve.t.length - 1]));
-  const scale = drawAxes(svg, section.clientWidth, [from, end], span, signal === "e");
+  const wide = Math.max(280, Math.min(860, section.clientWidth));
+  const high = Math.round(Math.min(400, Math.max(260, 0.55 * wide)));
+  const scale = drawAxes(svg, wide, high, [from, end], span, signal === "e");
   const name = signal === "e" ? "error, size [rad]" : "torque [N·m]";
   draw(svg, "text", { class: "name", x: 6, y: 15 }, `${name}, joint ${joint + 1}`);
-  const { left, top, width, height } = scale.frame;
-  const frame = draw(svg, "svg", { x: left, y: top, width, height, overflow: "hidden",
-    style: "max-width:none", viewBox: `${left} ${top} ${width} ${height}` });
-  for (const { curve, at } of shown) {
-    const path = way(curve.t, curve[signal][joint], scale);
-    const line = draw(frame, "path", { class: at % 16 < 8 ? "curve" : "curve dashed", d: path });
-    line.style.stroke = `var(--c${at % 8})`;
-    draw(line, "title", {}, `${curve.name}, seed ${curve.seed}`);
-  }
-}
-function way(t, values, { x, y }) {
-  let path = "", pen = "M";
-  values.forEach((value, k) => {
-    const place = Math.max(-9999, Math.min(9999, y(value)));
-    if (Number.isNaN(place)) { pen = "M"; return; }
-    path += `${pen}${x(t[k]).toFixed(1)} ${place.toFixed(1)}`;
-    pen = "L";
-  });
-  return path;
+  drawLines(svg, shown.map(({ curve, at }) => ({ t: curve.t, values: curve[signal][joint],
+    colour: `var(--c${at % 8})`, dashed: at % 16 >= 8,
+    title: `${curve.name}, seed ${curve.seed}` })), scale);
 }
 // Exponents of ten of the errors to be seen: four decades at the most.
 function errorSpan(values) {
@@ -166,63 +125,6 @@ function errorSpan(values) {
   const least = Math.max(Math.min(...values), 1e-4 * most, 1e-12);
   return widened(Math.log10(least), Math.log10(Math.max(most, 2e-12)));
 }
-// Torques to be seen: the start may have a peak that leaves no room for the rest.
-function torqueSpan(values, hint) {
-  const ordered = values.slice().sort((a, b) => a - b);
-  const [least, most] = [ordered[0], ordered[ordered.length - 1]];
-  const part = (share) => ordered[Math.round(share * (ordered.length - 1))];
-  const spare = 0.6 * (part(0.98) - part(0.02)) || 1;
-  const [low, up] = [Math.max(least, part(0.02) - spare), Math.min(most, part(0.98) + spare)];
-  if (low > least || up < most) {
-    hint.textContent = `Torques from ${short(least)} to ${short(most)} N·m; peaks are cut off.`;
-  }
-  return widened(low, up);
-}
-function widened(least, most) {
-  const room = 0.05 * (most - least) || 0.5;
-  return [least - room, most + room];
-}
-function drawAxes(svg, room, [from, end], [least, most], log) {
-  const wide = Math.max(280, Math.min(860, room));
-  const high = Math.round(Math.min(400, Math.max(260, 0.55 * wide)));
-  const frame = { left: 64, top: 26, width: wide - 76, height: high - 70 };
-  const [right, foot] = [frame.left + frame.width, frame.top + frame.height];
-  const x = (t) => frame.left + ((t - from) / (end - from || 1)) * frame.width;
-  const place = (v) => foot - ((v - least) / (most - least)) * frame.height;
-  svg.setAttribute("viewBox", `0 0 ${wide} ${high}`);
-  for (const t of ticks(from, end, wide / 90)) {
-    draw(svg, "line", { class: "grid", x1: x(t), x2: x(t), y1: frame.top, y2: foot });
-    draw(svg, "text", { class: "tick", x: x(t), y: foot + 17, "text-anchor": "middle" }, short(t));
-  }
-  for (const v of log ? decades(least, most) : ticks(least, most, 6)) {
-    const y = place(v);
-    draw(svg, "line", { class: "grid", x1: frame.left, x2: right, y1: y, y2: y });
-    draw(svg, "text", { class: "tick", x: frame.left - 7, y: y + 4, "text-anchor": "end" },
-      short(log ? 10 ** v : v));
-  }
-  draw(svg, "text", { class: "name", x: right, y: high - 7, "text-anchor": "end" }, "time [s]");
-  return { frame, x, y: (v) => place(log ? Math.log10(v) : v) };
-}
-function ticks(low, high, count) {
-  const raw = (high - low) / Math.max(2, count) || 1;
-  const unit = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((factor) => factor * unit).find((one) => one >= raw);
-  const found = [];
-  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-  return found;
-}
-function decades(low, high) {
-  const factors = high - low > 2 ? [1] : high - low > 0.8 ? [1, 2, 5] : [1, 1.5, 2, 3, 4, 5, 7];
-  const found = [];
-  for (let decade = Math.floor(low); decade <= high; decade++) {
-    for (const factor of factors) {
-      const place = decade + Math.log10(factor);
-      if (place >= low && place <= high) found.push(place);
-    }
-  }
-  return found.filter((_, at) => at % Math.ceil(found.length / 9) === 0);
-}
-
 // Two arms side by side, at the same time and in the same scale.
 function startArms(scenes) {
   const curves = scenes.flatMap((scene) => scene.curves.filter((curve) => curve.arm).map(
@@ -240,13 +142,14 @@ function startArms(scenes) {
   const view = viewed(curves);
   const end = Math.max(...curves.map((curve) => curve.t[curve.t.length - 1]));
   const show = () => {
-    const t = (slider.value / 1000) * end;
+    const t = Number(slider.value);
     part("now").textContent = `${t.toFixed(2)} s`;
     sides.forEach((select, side) => drawArm(pictures[side], curves[select.value], t, view));
   };
-  slider.step = "any";
+  slider.max = end;
+  slider.value = 0;
   for (const control of [slider, ...sides]) control.addEventListener("input", show);
-  playWith(part("play"), slider, end, show);
+  player(part("play"), slider, () => 1, show);
   section.hidden = false;
   show();
 }
@@ -275,26 +178,4 @@ function drawArm(svg, curve, t, view) {
   draw(svg, "polyline", { class: "trace", points: trace.join(" ") });
   draw(svg, "polyline", { class: "link", points: chain.join(" ") });
   for (const [cx, cy] of chain) draw(svg, "circle", { class: "knee", cx, cy, r: 4 });
-}
-function playWith(button, slider, end, show) {
-  let before = 0, playing = false;
-  const turn = (on) => {
-    playing = on;
-    button.textContent = on ? "pause" : "play";
-  };
-  const step = (time) => {
-    if (!playing) return;
-    slider.value = Number(slider.value) + (time - before) / end;
-    before = time;
-    if (Number(slider.value) >= 1000) turn(false);
-    show();
-    window.requestAnimationFrame(step);
-  };
-  button.addEventListener("click", () => {
-    turn(!playing);
-    if (!playing) return;
-    if (Number(slider.value) >= 1000) slider.value = 0;
-    before = performance.now();
-    window.requestAnimationFrame(step);
-  });
 }

@@ -1,4 +1,4 @@
-"""Curves for the page, packed: two characters a sample, so that many fit one file."""
+"""Curves for the page of a comparison, thinned and packed until they fit one file."""
 
 from __future__ import annotations
 
@@ -10,16 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._comparison_words import plain
+from ._packed import ALPHABET, packed
+from ._places import is_flat, joint_points
 
 if TYPE_CHECKING:
     from ._curves import Curves
     from .comparison import Line
 
 Array = NDArray[np.float64]
-
-ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
-GAP = 4095
-"""A sample that is not there; others are 0 to 4094 from the least to the largest of a curve."""
 
 BUDGET = 200_000
 """So many characters of curves at the most."""
@@ -57,7 +55,7 @@ def _scene(lines: Sequence[Line], points: int, frames: _Frames) -> list[dict[str
     finished = [line.shown for line in lines if line.shown.status in ("finished", "unresolved")]
     known = [np.abs(row.curves.tau) for row in finished if row.curves and row.curves.tau.size]
     limit = ROOM * max((float(part.max()) for part in known), default=math.inf)
-    packed = []
+    scene = []
     for line in lines:
         curves = line.shown.curves
         if curves is None:
@@ -65,18 +63,18 @@ def _scene(lines: Sequence[Line], points: int, frames: _Frames) -> list[dict[str
         few = curves.thinned(points)
         error = np.log10(np.maximum(few.e, LEAST))
         tau = np.clip(few.tau, -limit, limit) if limit > 0 else few.tau
-        packed.append(
+        scene.append(
             {
                 "name": plain(line.controller),
                 "seed": line.shown.seed,
                 "status": line.shown.status,
-                "t": _packed(few.t),
-                "e": [_packed(column) for column in error.T],
-                "tau": [_packed(column) for column in tau.T] if tau.size else [],
+                "t": packed(few.t),
+                "e": [packed(column) for column in error.T],
+                "tau": [packed(column) for column in tau.T] if tau.size else [],
                 "arm": frames.of(curves),
             }
         )
-    return packed
+    return scene
 
 
 class _Frames:
@@ -86,8 +84,6 @@ class _Frames:
         self.points: Any = None
         if arm is None or not curves:
             return
-        from .animation import joint_points
-
         self.points, self.joints = joint_points(arm), arm.joints
         joints = self.joints + 2
         self.count = max(20, min(200, FRAMES_BUDGET // (4 * joints * len(curves))))
@@ -101,18 +97,7 @@ class _Frames:
         if not len(rows):
             return None
         places = np.array([self.points(q) for q in curves.q[rows]])
-        flat = bool(np.ptp(places[..., 2]) < 1e-9)
+        flat = is_flat(places)
         seen = places[..., :2] if flat else places @ VIEW.T
-        packed = [_packed(seen[:, k, side]) for k in range(seen.shape[1]) for side in (0, 1)]
-        return {"t": _packed(curves.t[rows]), "places": packed}
-
-
-def _packed(values: Array) -> list[Any]:
-    """A curve: its least and largest value, and the samples between in steps of 1/4094."""
-    known = values[np.isfinite(values)]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
-    with np.errstate(all="ignore"):
-        share = (values - low) / (high - low) if high > low else 0.0 * values
-    steps = np.where(np.isfinite(share), np.rint(share * (GAP - 1)), GAP).astype(int)
-    pairs = (ALPHABET[step // 64] + ALPHABET[step % 64] for step in steps.tolist())
-    return [float(f"{low:.6g}"), float(f"{high:.6g}"), "".join(pairs)]
+        sides = [packed(seen[:, k, side]) for k in range(seen.shape[1]) for side in (0, 1)]
+        return {"t": packed(curves.t[rows]), "places": sides}

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from html import escape
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from . import _comparison_data, _html, _pareto
+from . import _comparison_data, _html, _page, _pareto
 from ._comparison_words import digits, done, explained, plain, used
 from ._figures import Figure, Value
 
@@ -31,24 +29,12 @@ def page(comparison: Comparison, arm: Any, sort: str | None) -> str:
         body += [_told(group), _pareto.drawn(group, number), "</section>"]
     data = _comparison_data.collected(groups, arm)
     if any(scene["curves"] for scene in data["scenes"]):
-        body += [_part("_comparison.html")]
-        body += [f'<script type="application/json" id="data">{_embedded(data)}</script>']
+        body += [_page.part("_comparison.html"), _page.data(data)]
     if comparison.scenario and not _short(comparison.scenario):
         told = _lines(comparison.scenario)
         body += [f"<details><summary>The scenario</summary><pre>{told}</pre></details>"]
-    body += [f"<script>\n{_part('_comparison.js')}</script>"]
-    head = [
-        '<meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        '<meta name="color-scheme" content="light dark">',
-        f"<title>{_html.text(title)}</title>",
-        f"<style>\n{_part('_comparison.css')}</style>",
-    ]
-    parts = [
-        '<!DOCTYPE html>\n<html lang="en">\n<head>', *head, "</head>\n<body>\n<main>", *body,
-        "</main>\n</body>\n</html>\n",
-    ]  # fmt: skip
-    return "\n".join(parts)
+    body += [_page.script("_comparison.js")]
+    return _page.document(title, ["_comparison.css"], body)
 
 
 def fragment(comparison: Comparison, sort: str | None) -> str:
@@ -147,15 +133,3 @@ def _short(text: str) -> bool:
 def _lines(words: str) -> str:
     """Text of several lines that a page shows as it stands."""
     return "\n".join(_html.text(line) for line in words.splitlines())
-
-
-def _embedded(data: Any) -> str:
-    """JSON that no text in it can end."""
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    for character in "<>&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
-
-
-def _part(name: str) -> str:
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")

@@ -53,8 +53,8 @@ class Curves:
             return self
         edges = np.linspace(0, len(self.t), points // 2 + 1).astype(np.intp)
         rows = np.stack([edges[:-1], edges[1:] - 1], axis=1).ravel()
-        torque = _envelope(self.tau, edges) if len(self.tau) else self.tau
-        return Curves(self.t[rows], _envelope(self.e, edges), torque, self.q[rows])
+        torque = envelope(self.tau, edges) if len(self.tau) else self.tau
+        return Curves(self.t[rows], envelope(self.e, edges), torque, self.q[rows])
 
     @property
     def joints(self) -> int:
@@ -96,7 +96,7 @@ def outline(t: Array, values: Array, points: int) -> tuple[Array, Array]:
     return t[rows], values[rows]
 
 
-def _envelope(signal: Array, edges: NDArray[np.intp]) -> Array:
+def envelope(signal: Array, edges: NDArray[np.intp]) -> Array:
     """The smallest and the largest value of every stretch, in the order in which they came."""
     thinned: Array = np.take_along_axis(signal, _extremes(signal, edges), axis=0)
     return thinned

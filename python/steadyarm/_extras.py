@@ -11,6 +11,8 @@ from typing import Any
 EXTRAS = {
     "matplotlib": "plot",
     "PIL": "plot",
+    "viser": "view",
+    "yourdfpy": "view",
     "pandas": "data",
     "xarray": "data",
     "pyarrow": "data",

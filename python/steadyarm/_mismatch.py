@@ -105,7 +105,7 @@ def mismatch(
     """What the model of a run's tracker lacks."""
     plant, options = scene.plant(disturbance), scene.options
     ((_, said),) = scene.parts["tracker"].items()
-    nominal = scene.tracker(**_no_law(said)).arm
+    nominal = scene.believed
     line = Line(run, plant, options)
     pushed = disturbance_torque(plant, run, options)
     parts, ddq = _of_arm(run, plant, nominal, line.arrived - line.cogging - pushed, unloaded)
@@ -138,7 +138,7 @@ def _of_arm(
     loads = tuple(f"payload_{name}" for name in names)
     parts = {name: np.zeros_like(run.q) for name in (*names, *loads, "friction", "contact")}
     ddq = np.zeros_like(run.q)
-    for rows, arm in _segments(plant, run.t):
+    for rows, arm in segments(plant, run.t):
         q, dq = run.q[rows], run.dq[rows]
         ddq[rows] = _rows(arm.forward_dynamics, q, dq, net[rows])
         bare = without_load(arm, arms) if unloaded is None else unloaded
@@ -156,7 +156,7 @@ def _of_arm(
     return parts, ddq
 
 
-def _segments(plant: _core.Plant, t: Array) -> Iterator[tuple[slice, _core.Arm]]:
+def segments(plant: _core.Plant, t: Array) -> Iterator[tuple[slice, _core.Arm]]:
     """The arms that are there, with the rows of their times."""
     changes = plant.changes or ()
     edges = [0, *np.searchsorted(t, [at for at, _ in changes]), len(t)]
@@ -270,11 +270,6 @@ def _is_own(said: Mapping[str, Any]) -> bool:
     """Whether a law is a controller of one's own."""
     law = said.get("law", {})
     return not isinstance(law, Mapping) or ("law" not in law and "law" in said)
-
-
-def _no_law(said: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments of a tracker with the same arm that can always be built."""
-    return {"law": {"law": "pd_gravity", "bandwidth": 1.0}} if _is_own(said) else {}
 
 
 def _rows(function: Callable[..., Array], *columns: Array) -> Array:

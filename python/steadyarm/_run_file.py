@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _core, _files, _scene
-from .run import (
+from .record import (
     CHANNELS,
     DESIRED,
     MOTION,
@@ -32,9 +32,9 @@ from .run import (
     Certificate,
     Channel,
     GuardReport,
-    Run,
     Status,
 )
+from .run import Run
 
 Array = NDArray[np.float64]
 

@@ -131,6 +131,13 @@ class Scene:
         made: _core.Plant = _object(plant, "plant", _core.Plant)
         return made
 
+    @property
+    def believed(self) -> _core.Arm:
+        """The arm that the controller believes in."""
+        ((_, said),) = self.parts["tracker"].items()
+        arm: _core.Arm = _object(said["arm"], "tracker.arm", _core.Arm)
+        return arm
+
     def tracker(self, **changes: Any) -> _core.Controller:
         """A new tracker, with these of its arguments changed."""
         ((kind, arguments),) = self.parts["tracker"].items()

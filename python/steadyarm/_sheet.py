@@ -22,7 +22,8 @@ from ._curves import outline
 from ._joints import Joints, Window, chosen, lengths_of, rows_in, title
 from ._look import SMALL, TEXT, TITLE
 from ._picture import LETTER, Picture, literal
-from .run import Run, Status
+from .record import Status
+from .run import Run
 
 Array = NDArray[np.float64]
 

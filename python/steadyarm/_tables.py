@@ -1,8 +1,14 @@
-"""A run as a table of pandas or a dataset of xarray, which are imported when they are asked for."""
+"""A run as CSV, as a table of pandas or a dataset of xarray.
+
+The packages are imported when they are asked for.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ._extras import imported
 
@@ -11,6 +17,24 @@ if TYPE_CHECKING:
     import xarray  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
     from .run import Run
+
+
+def to_csv(run: Run, names: Sequence[str] | None) -> str:
+    """Make the text of `Run.to_csv`."""
+    if isinstance(names, str):
+        raise TypeError(f"names: got the text {names!r}, wants a list of signals")
+    known = run.channels
+    for name in names or ():
+        if name not in known:
+            raise ValueError(f"names: got {name!r}, wants some of {', '.join(known)}")
+    wanted = [name for name in (known if names is None else names) if name != "t"]
+    heads, columns = ["t"], [run.t]
+    for name in wanted:
+        array = getattr(run, name)
+        heads += [name] if array.ndim == 1 else [f"{name}_{n + 1}" for n in range(array.shape[1])]
+        columns += [array] if array.ndim == 1 else list(array.T)
+    rows = np.stack(columns, axis=1).tolist()
+    return "\n".join([",".join(heads), *(",".join(map(repr, row)) for row in rows), ""])
 
 
 def to_pandas(run: Run) -> pandas.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from subprocess import CalledProcessError
@@ -11,18 +11,22 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
+from matplotlib.animation import AbstractMovieWriter, FFMpegWriter
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from . import _files
+from ._gif import GifWriter
 from ._look import LIGHT
 from ._picture import DPI, Picture
+from ._places import Points, is_flat
+from ._places import joint_points as joint_points
 from ._progress import Progress
 from .run import Run
 
 Array = NDArray[np.float64]
-Points = Callable[[Array], Array]
 
 FRAMES_PER_SECOND = 25
 MOST_FRAMES = 2000
@@ -63,16 +67,37 @@ def save_animation(
     return path
 
 
-def joint_points(arm: Any) -> Points:
-    """Return the function from q to the places of the base, every joint and the tip [m], (…, 3)."""
-    if not (hasattr(arm, "link_poses") and hasattr(arm, "pose")):
-        raise TypeError(f"arm: got {type(arm).__name__}, wants a TwoLink or a Serial")
+class Screen(Picture):
+    """A picture of which some artists alone move: all else is drawn once."""
 
-    def points(q: Array) -> Array:
-        joints = np.asarray(arm.link_poses(q))[:, :3, 3]
-        return np.vstack([np.zeros(3), joints, np.asarray(arm.pose(q))[:3, 3]])
+    def __init__(self, width: float, height: float) -> None:
+        super().__init__(width=width, height=height)
+        self.set_dpi(0.6 * DPI)
+        self.agg: Any = FigureCanvasAgg(self)
 
-    return points
+    def fix(self, moving: Sequence[Artist]) -> None:
+        """Draw and keep what does not move; the others go above it, in their order."""
+        self.draw_without_rendering()
+        self.set_layout_engine("none")  # laid out once, not for every frame
+        self._moving = moving
+        for artist in moving:
+            artist.set_animated(True)
+        self.agg.draw()
+        self._still = self.agg.copy_from_bbox(self.bbox)
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """What is to be seen now, (height, width, 4)."""
+        self.agg.restore_region(self._still)
+        for artist in self._moving:
+            artist.draw(self.agg.get_renderer())
+        return np.array(self.agg.buffer_rgba())
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Write a file as any picture does; to a stream that is open, the pixels."""
+        if hasattr(fname, "write"):
+            fname.write(self.pixels().tobytes())
+        else:
+            super().savefig(fname, **options)
 
 
 class _Film:
@@ -83,27 +108,23 @@ class _Film:
         self.actual = np.array([points(run.q[k]) for k in frames])
         self.desired = np.array([points(run.q_d[k]) for k in frames])
         everything = np.concatenate([self.actual, self.desired]).reshape(-1, 3)
-        self.flat = bool(np.ptp(everything[:, 2]) < 1e-9)
-        self.picture = Picture(width=6.0, height=6.2)
-        FigureCanvasAgg(self.picture)
+        self.flat = is_flat(everything)
+        self.picture = Screen(width=6.0, height=6.2)
         axes = self._axes(everything)
-        style = {"solid_capstyle": "round", "marker": "o"}
-        (self.ghost,) = axes.plot(
-            *self._sides(self.desired[0]), color=LIGHT.pale, linewidth=7, **style
-        )
+        thick = {"linewidth": 5, "solid_capstyle": "round", "marker": "o"}
+        thin = {"linewidth": 1.3, "linestyle": (0, (4, 2.5)), "marker": "o", "markersize": 3}
         (self.trace,) = axes.plot(
             *self._sides(self.actual[:1, -1]), color=LIGHT.orange, linewidth=1.2
         )
-        (self.arm,) = axes.plot(
-            *self._sides(self.actual[0]), color=LIGHT.blue, linewidth=3.5, **style
-        )
+        (self.arm,) = axes.plot(*self._sides(self.actual[0]), color=LIGHT.blue, **thick)
+        (self.ghost,) = axes.plot(*self._sides(self.desired[0]), color=LIGHT.ink, **thin)
+        self.ghost.set_path_effects([withStroke(linewidth=3.2, foreground="white")])
         self.ghost.set_label("desired")
         self.arm.set_label("actual")
         self.trace.set_label("way of the tip")
         axes.legend(loc="upper right", frameon=False, fontsize=9)
         self.title = axes.set_title("t = 0.00 s", fontsize=11, color=LIGHT.ink)
-        self.picture.draw_without_rendering()
-        self.picture.set_layout_engine("none")  # laid out once, not for every frame
+        self.picture.fix([self.trace, self.arm, self.ghost, self.title])
 
     def draw(self, frame: int) -> None:
         """Show frame number ``frame``."""
@@ -160,7 +181,7 @@ def _shooting(writer: AbstractMovieWriter, picture: Picture, part: Path) -> Iter
     """
     try:
         with rc_context({"savefig.bbox": None}):  # "tight" would give each frame its own size
-            writer.setup(picture, str(part), dpi=0.6 * DPI)
+            writer.setup(picture, str(part), dpi=picture.dpi)
             try:
                 yield
             except BrokenPipeError:
@@ -180,7 +201,7 @@ def _shooting(writer: AbstractMovieWriter, picture: Picture, part: Path) -> Iter
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
     if path.suffix.lower() == ".gif":
-        return PillowWriter(fps=fps)
+        return GifWriter(fps=fps)
     if path.suffix.lower() == ".mp4":
         if FFMpegWriter.isAvailable():
             return FFMpegWriter(fps=fps)

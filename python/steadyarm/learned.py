@@ -100,8 +100,8 @@ class Learned:
             )
         for joint in np.flatnonzero(self.quickness > self.quickest):
             said.append(
-                f"joint {joint + 1} is light for its torque ({self.quickness[joint]:.2g} rad/s²): the "
-                "arm will shake if it has a rotor that the model lacks"
+                f"joint {joint + 1} is light for its torque ({self.quickness[joint]:.2g} rad/s²): "
+                "the arm will shake if it has a rotor that the model lacks"
             )
         if self.payload is not None:
             said.append(f"load at the tip: {self.payload:.4g} ± {self.payload_deviation:.2g} kg")

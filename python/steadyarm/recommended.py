@@ -174,8 +174,8 @@ def _within_effort(arm: _core.Arm, course: Course, effort_limit: ArrayLike | Non
     if (needed > limit).any():
         joint = int(np.argmax(needed / limit))
         raise ValueError(
-            f"path: joint {joint + 1} needs up to {needed[joint]:.4g} N·m without any load, wants at "
-            f"most its effort_limit, {limit[joint]:.4g} N·m: move slower"
+            f"path: joint {joint + 1} needs up to {needed[joint]:.4g} N·m without any load, wants "
+            f"at most its effort_limit, {limit[joint]:.4g} N·m: move slower"
         )
 
 

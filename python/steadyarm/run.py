@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from ._joints import Joints, Window, lengths_of
 from ._look import Style
 from ._scene import Scene, joint_names
 from .metrics import Metrics
+from .record import CHANNELS, DESIRED, MOTION, Certificate, Channel, GuardReport, Status
 
 if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
@@ -24,109 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-
-CHANNELS = {name: (unit, per_joint, doc) for name, unit, per_joint, doc in _core.channels()}
-"""The signals of every record: name to unit, whether there is one a joint, and what it is."""
-
-MOTION = ("t", "q", "dq")
-"""Arrays that every record has."""
-
-DESIRED = ("q_d", "dq_d", "ddq_d", "e", "de")
-"""Arrays that a record of the motion alone has when they are first asked for."""
-
-TORQUES = ("tau", "tau_model", "tau_compensation", "rho", "rho_hat")
-"""Arrays that a record of the motion alone has no rows of."""
-
-
-@documented
-@dataclass(frozen=True)
-class Status:
-    """Why a run ended, and when.
-
-    A run that is "unresolved" reached its duration in steps that were too long for the motion, for
-    a stop, or for friction: do not believe its numbers. The reason names ``dt``, what it was too
-    long for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
-    """
-
-    kind: Literal["finished", "unresolved", "diverged", "interrupted"]
-    """How it ended."""
-    t: float
-    """When it ended [s]."""
-    reason: str = ""
-    """Why, in words; empty if it just finished."""
-
-    @property
-    def finished(self) -> bool:
-        """Whether the run reached its duration, in steps that followed the motion."""
-        return self.kind == "finished"
-
-    def __str__(self) -> str:
-        if self.finished:
-            return "finished"
-        if self.kind == "unresolved":
-            return f"finished, but not resolved: {self.reason}"
-        return f"{self.kind} at t = {self.t:.6g} s because {self.reason}"
-
-
-@documented
-@dataclass(frozen=True)
-class Certificate:
-    """The Lyapunov certificate: the dissipation identity, integrated beside the motion.
-
-    For the adaptive law (18) with P from (19), ``V(T) - V(0) = supplied`` holds exactly, so
-    ``residual`` (relative) shows whether this run was what the theory speaks of: about 1e-13 for
-    RK4 at 1 ms, some 1e-5 where an arm runs into its stops; of order 1 if a sign were wrong, or
-    where the error of a continuous joint passes half a turn, at which V jumps. It is of continuous
-    time: a run with a ``control_period`` has none, and `design` tells its margin.
-    """
-
-    residual: float
-    """V(T) - V(0) less ``supplied``, relative."""
-    v_start: float
-    """V(0)."""
-    v_end: float
-    """V(T)."""
-    supplied: float
-    """What the identity says that V changes by."""
-    state_cost: float
-    """∫ x'Qx dt, at most ``v_start + gamma² uncertainty``."""
-    uncertainty: float
-    """∫ |ρ|² dt."""
-
-
-@documented
-@dataclass(frozen=True)
-class GuardReport:
-    """What a `Guard` did in a run."""
-
-    events: Mapping[str, int]
-    """In how many periods of the run each event happened, by name; see `Guard.events`."""
-    stopped: str | None
-    """Why the guard had stopped at the end of the run, such as "position of joint 2"; or None."""
-
-
-@documented
-@dataclass(frozen=True)
-class Channel:
-    """A recorded signal: what a column of a `Run` holds.
-
-    For a prismatic joint m and N stand for rad and N·m.
-    """
-
-    name: str
-    """Its attribute of the run."""
-    unit: str
-    """Its unit; "1" for a number without one."""
-    shape: tuple[int, ...]
-    """Shape of a row: (n,), or () for one number."""
-    doc: str
-    """What it is."""
-
-    @classmethod
-    def _of(cls, declared: tuple[str, str, bool, str], joints: int) -> Channel:
-        name, unit, per_joint, doc = declared
-        return cls(name, unit, (joints,) if per_joint else (), doc)
-
 
 if TYPE_CHECKING:
 
@@ -302,6 +200,16 @@ class Run(_Columns):
         """All recorded signals by name, (T,) or (T, n); `channels` has their units."""
         return {name: getattr(self, name) for name in self.channels}
 
+    def to_csv(self, path: str | Path, names: Sequence[str] | None = None) -> None:
+        """Write recorded signals to a CSV file: all of them, or those of these names.
+
+        The header has ``t``, then a column a joint, ``q_1`` to ``q_n``; a signal of one number has
+        its own name. A row a sample, with all digits. The file is replaced as a whole.
+        """
+        from . import _files, _tables
+
+        _files.text(path, _tables.to_csv(self, names))
+
     def to_pandas(self) -> pandas.DataFrame:
         """All recorded signals as a table over time.
 
@@ -378,6 +286,23 @@ class Run(_Columns):
 
         draw = partial(plots.signals, self, names) if names else partial(plots.overview, self)
         return draw(joints=joints, window=window, width=width, style=style)
+
+    def to_html(self, path: str | Path, *, arm: Any = None, against: Any = None) -> None:
+        """Write a page of one file that needs no network: the arm in motion, curves and figures.
+
+        ``arm``: a `TwoLink` or a `Serial`; None: the plant's, if the run says what it was made with
+        (`scene`), or else the page has the curves alone. ``against``: another run, or several by
+        name, beside it at the same time and in the same scale. What the plant's arm carries and
+        the controller does not know of is drawn at its tip.
+        """
+        from . import _files, _view_page
+
+        _files.text(path, _view_page.page(self, arm, against))
+
+    def _repr_html_(self) -> str:
+        from . import _view_page
+
+        return _view_page.fragment(self)
 
     def animate(self, arm: Any, path: str | Path, *, speed: float = 1.0) -> Path:
         """Write a film of the ``arm`` in motion, the desired pose as a ghost, to a .gif or .mp4.

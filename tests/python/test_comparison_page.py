@@ -15,7 +15,7 @@ import steadyarm as sa
 from comparisons import HOSTILE, VALUES, diverged, fake, row, rows
 from hypothesis import given
 from hypothesis import strategies as st
-from steadyarm import _comparison_data, _pareto
+from steadyarm import _packed, _pareto
 from steadyarm.comparison import STATUSES, Comparison, Row
 
 VOID = {"meta", "input", "br", "link", "img", "hr"}
@@ -152,7 +152,7 @@ def test_the_line_of_the_plot_joins_those_that_no_other_beats(
 
 def unpacked(curve: list) -> np.ndarray:
     low, high, text = curve
-    order = {letter: place for place, letter in enumerate(_comparison_data.ALPHABET)}
+    order = {letter: place for place, letter in enumerate(_packed.ALPHABET)}
     steps = np.array([64 * order[a] + order[b] for a, b in zip(text[::2], text[1::2], strict=True)])
     return np.where(steps == 4095, np.nan, low + (high - low) * steps / 4094)
 
@@ -176,9 +176,9 @@ def test_curves_of_the_page_are_those_of_the_rows(tmp_path: Path) -> None:
 
 
 def test_gaps_stay_gaps_and_one_value_is_a_curve() -> None:
-    assert np.isnan(unpacked(_comparison_data._packed(np.array([1.0, np.nan, 3.0])))[1])
-    assert np.isnan(unpacked(_comparison_data._packed(np.full(3, np.nan)))).all()
-    assert (unpacked(_comparison_data._packed(np.full(3, 7.0))) == 7.0).all()
+    assert np.isnan(unpacked(_packed.packed(np.array([1.0, np.nan, 3.0])))[1])
+    assert np.isnan(unpacked(_packed.packed(np.full(3, np.nan)))).all()
+    assert (unpacked(_packed.packed(np.full(3, 7.0))) == 7.0).all()
 
 
 @pytest.mark.parametrize("joints", [2, 7, 12])
@@ -253,6 +253,7 @@ def test_a_page_takes_the_place_of_another_as_a_whole(tmp_path: Path) -> None:
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="node reads the script")
 def test_the_script_is_a_script(tmp_path: Path) -> None:
-    source = Path(sa.__file__).with_name("_comparison.js").read_text(encoding="utf-8")
+    parts = [Path(sa.__file__).with_name(f"_{name}.js") for name in ("page", "comparison")]
+    source = "".join(part.read_text(encoding="utf-8") for part in parts)
     (tmp_path / "script.js").write_text(source, encoding="utf-8")
     subprocess.run(["node", "--check", tmp_path / "script.js"], check=True)

@@ -244,3 +244,47 @@ def test_film_that_is_broken_off_keeps_the_old_one(
         run.animate(arm, path)
     assert path.read_bytes() == b"old"
     assert os.listdir(path.parent) == [path.name]
+
+
+@each
+def test_a_gif_shows_the_pixels_that_were_drawn(
+    which: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One palette serves all frames, and each adds what has changed since the one before."""
+    from PIL import Image, ImageSequence
+
+    drawn: list[np.ndarray] = []
+    pixels = animation.Screen.pixels
+
+    def kept(self: animation.Screen) -> Any:
+        drawn.append(pixels(self))
+        return drawn[-1]
+
+    monkeypatch.setattr(animation.Screen, "pixels", kept)
+    arm, run = RUNS[which]
+    animation.save_animation(run, arm, tmp_path / "arm.gif", speed=2.0, fps=15)
+    with Image.open(tmp_path / "arm.gif") as film:
+        frames = [
+            (np.asarray(frame.convert("RGB"), dtype=int), frame.info["duration"])
+            for frame in ImageSequence.Iterator(film)
+        ]
+    assert len(frames) == len(drawn) == 8
+    assert sum(duration for _, duration in frames) == 530  # 8/15 s, in hundredths
+    for (shown, _), true in zip(frames, drawn, strict=True):
+        off = np.abs(shown - true[..., :3])
+        assert off.max() <= 64 and (off > 24).mean() < 0.005 and off.mean() < 3.0
+    assert (np.abs(np.diff([shown for shown, _ in frames], axis=0)).max(axis=(1, 2, 3)) > 99).all()
+
+
+def test_the_ghost_is_above_the_arm_that_would_hide_it(tmp_path: Path) -> None:
+    """Where the two coincide, both colours are to be seen."""
+    run = sa.simulate(
+        sa.Plant(TWO_LINK), sa.ComputedTorque(TWO_LINK, 100, 20), lambda t: (np.full(2, 0.4),) * 3,
+        0.1, 1e-2, q0=(0.4, 0.4),
+    )  # fmt: skip
+    film = animation._Film(run, animation.joint_points(TWO_LINK), np.array([0]))
+    pixels = film.picture.pixels()[..., :3].astype(int)
+    film.ghost.set_visible(False)
+    without = film.picture.pixels()[..., :3].astype(int)
+    hidden = np.abs(pixels - without).max(axis=2) > 60
+    assert hidden.sum() > 300

@@ -9,7 +9,7 @@ import pytest
 import steadyarm as sa
 from run_files import RECORD, ROWS
 from scenes import plant, run, tracker
-from steadyarm.run import DESIRED, TORQUES
+from steadyarm.record import DESIRED, TORQUES
 
 
 @pytest.mark.parametrize(
