@@ -18,6 +18,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
+    "commands",
     "mathml",
 ]
 source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
@@ -30,6 +31,8 @@ nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["manual.css"]
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
