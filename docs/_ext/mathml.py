@@ -14,13 +14,14 @@ from sphinx.util import logging
 
 TAG = re.compile(r"\s*\\tag\{([^}]*)\}")
 DOTS = ("\u02d9", "\u00a8")
+# Operators that stand close to what is beside them.
 CLOSE = (
     "|",
     "\u2016",
     "\u2223",
     "\u2225",
     "/",
-)  # operators that stand close to what is beside them
+)
 logger = logging.getLogger(__name__)
 
 
@@ -32,6 +33,7 @@ def mathml(formula, display):
         raise ValueError(f"{type(error).__name__} {error}".strip()) from error
     for part in tree.iter():
         part.text = unescape(part.text or "")  # it writes entities
+    for part in tree.iter():
         if part.tag == "mover" and part[1].text in DOTS:
             part.set("accent", "true")  # else they are drawn small, and high above
         if part.tag == "mo" and part.text in CLOSE:
