@@ -9,6 +9,7 @@ import re
 import shutil
 import sys
 import tempfile
+from itertools import pairwise
 from pathlib import Path
 from urllib.parse import unquote, urldefrag, urlparse
 
@@ -38,7 +39,10 @@ READ = """() => {
     latex: all('math').length + all('.math').length,
   };
 }"""
-SIDEWAYS = """() => document.documentElement.scrollWidth - window.innerWidth"""
+# Furo's boxes around the text scroll too where it is wider than a phone.
+SIDEWAYS = """() => Math.max(document.documentElement.scrollWidth - window.innerWidth,
+  ...[...document.querySelectorAll('.page, .main, .content, .article-container, article')].map(
+    it => it.clientWidth ? it.scrollWidth - it.clientWidth : 0))"""
 
 
 def browser(play):
@@ -111,7 +115,7 @@ class Pages:
         heads = found["heads"]
         if heads and (heads[0] != 1 or heads.count(1) != 1):
             self.fault(f"wants one h1, the first heading; has {heads}")
-        for above, below in zip(heads, heads[1:], strict=False):
+        for above, below in pairwise(heads):
             if below > above + 1:
                 self.fault(f"h{below} follows h{above}")
         for image in found["images"]:
@@ -134,8 +138,9 @@ class Pages:
                 target = (file.parent / unquote(path.split("?")[0])).resolve() if path else file
                 if not target.is_file():
                     self.fault(f"dead link: {link}")
-                elif place and target in self.seen:
-                    if unquote(place) not in self.seen[target]["ids"]:
+                elif target in self.seen and place:
+                    ids = self.seen[target]["ids"]
+                    if unquote(place) not in ids:
                         self.fault(f"dead anchor: {link}")
 
 

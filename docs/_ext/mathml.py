@@ -35,7 +35,7 @@ def mathml(formula, display):
         part.text = unescape(part.text or "")  # it writes entities
     for part in tree.iter():
         if part.tag == "mover" and part[1].text in DOTS:
-            part.set("accent", "true")  # else they are drawn small, and high above
+            part[1].attrib.update(stretchy="false", style="font-size: 1.2em")
         if part.tag == "mo" and part.text in CLOSE:
             part.attrib.update(stretchy="false", lspace="0", rspace="0")
     unknown = [part.text for part in tree.iter() if part.text.startswith("\\")]
