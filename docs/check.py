@@ -41,7 +41,7 @@ READ = """() => {
 }"""
 # Furo's boxes around the text scroll too where it is wider than a phone.
 SIDEWAYS = """() => Math.max(document.documentElement.scrollWidth - window.innerWidth,
-  ...[...document.querySelectorAll('.page, .main, .content, .article-container, article')].map(
+  ...[...document.querySelectorAll('.page, .main, .content')].map(
     it => it.clientWidth ? it.scrollWidth - it.clientWidth : 0))"""
 
 
