@@ -6,6 +6,8 @@
 # make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
+# make docs-check  the manual built anew, and every page of it opened in Chromium without a network
+# make setup-debian   Chromium, which docs-check wants, from Debian: the only target that calls apt
 # make reliability the table of docs/reliability.md, from a run of its tests
 # make house       sizes and tangles of the code, counted
 # make cortex      the core on an emulated Cortex-M7: the same torques, stack, instructions a step
@@ -23,7 +25,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot robots which test test-crate test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs release-check house same-work check-all clean
+.PHONY: reproduce robot robots which test test-crate test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs docs-check setup-debian release-check house same-work check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -99,6 +101,16 @@ docs: $(VENV)/wheel $(VENV)/manual
 release-check: $(VENV)/release
 	$(BIN)/python tests/release_check.py
 
+# The Python blocks of the pages run with the tests of the pages; the notebooks with the build.
+docs-check: docs $(VENV)/tools $(VENV)/docs-check
+	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml test_docs.py
+	$(BIN)/python docs/check.py --self-test
+	$(BIN)/python docs/check.py
+
+setup-debian:
+	apt-get update
+	apt-get install --yes --no-install-recommends chromium
+
 house:
 	@$(PYTHON) tests/house.py
 
@@ -130,7 +142,8 @@ $(VENV)/tools: GROUP := test
 $(VENV)/peers: GROUP := bench
 $(VENV)/manual: GROUP := docs
 $(VENV)/release: GROUP := release
-$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release: pyproject.toml | $(VENV)/python
+$(VENV)/docs-check: GROUP := docs-check
+$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release $(VENV)/docs-check: pyproject.toml | $(VENV)/python
 	$(BIN)/python -m pip install --quiet --group $(GROUP)
 	@touch $@
 

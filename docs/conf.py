@@ -17,6 +17,7 @@ extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_copybutton",
+    "commands",
     "mathml",
     "api",
     "gallery",
@@ -26,6 +27,9 @@ source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 exclude_patterns = ["_build", "_ext"]
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 3
+myst_html_meta = {
+    "description": "steadyarm: tracking control of robot arms whose dynamics nobody knows exactly",
+}
 html_math_renderer = "mathml"
 # Notebooks run anew with every build, and a cell that fails fails the build.
 nb_execution_mode = "force"
@@ -33,6 +37,9 @@ nb_execution_raise_on_error = True
 nb_execution_timeout = 120
 nb_merge_streams = True
 html_theme = "furo"
+html_static_path = ["_static"]
+html_favicon = "_static/favicon.svg"
+html_css_files = ["manual.css"]
 html_title = f"steadyarm {version}"
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"

@@ -13,6 +13,15 @@ from latex2mathml.converter import convert_to_element
 from sphinx.util import logging
 
 TAG = re.compile(r"\s*\\tag\{([^}]*)\}")
+DOTS = ("\u02d9", "\u00a8")
+# Operators that stand close to what is beside them.
+CLOSE = (
+    "|",
+    "\u2016",
+    "\u2223",
+    "\u2225",
+    "/",
+)
 logger = logging.getLogger(__name__)
 
 
@@ -24,6 +33,11 @@ def mathml(formula, display):
         raise ValueError(f"{type(error).__name__} {error}".strip()) from error
     for part in tree.iter():
         part.text = unescape(part.text or "")  # it writes entities
+    for part in tree.iter():
+        if part.tag == "mover" and part[1].text in DOTS:
+            part[1].attrib.update(stretchy="false", style="font-size: 1.2em")
+        if part.tag == "mo" and part.text in CLOSE:
+            part.attrib.update(stretchy="false", lspace="0", rspace="0")
     unknown = [part.text for part in tree.iter() if part.text.startswith("\\")]
     if unknown:
         raise ValueError(f"does not know {' '.join(unknown)}")
