@@ -145,7 +145,7 @@ def _table(runs: Mapping[str, Run], joints: list[dict[str, str]]) -> str:
             cells = "".join(_cell(value, figure) for value in values.tolist())
             rows.append(f'<tr><th scope="row">{figure.head} {unit}{whose}</th>{cells}</tr>')
     caption = "Over the whole run, joint by joint: the less, the better."
-    return _html.table(caption, heads, rows, "figures")
+    return _html.table(caption, heads, rows)
 
 
 def _cell(value: float, figure: Figure) -> str:

@@ -67,7 +67,7 @@ def save_animation(
     return path
 
 
-class Screen(Picture):
+class _Screen(Picture):
     """A picture of which some artists alone move: all else is drawn once."""
 
     def __init__(self, width: float, height: float) -> None:
@@ -109,7 +109,7 @@ class _Film:
         self.desired = np.array([points(run.q_d[k]) for k in frames])
         everything = np.concatenate([self.actual, self.desired]).reshape(-1, 3)
         self.flat = is_flat(everything)
-        self.picture = Screen(width=6.0, height=6.2)
+        self.picture = _Screen(width=6.0, height=6.2)
         axes = self._axes(everything)
         thick = {"linewidth": 5, "solid_capstyle": "round", "marker": "o"}
         thin = {"linewidth": 1.3, "linestyle": (0, (4, 2.5)), "marker": "o", "markersize": 3}

@@ -37,7 +37,7 @@ def test_every_signal_has_its_unit_its_shape_and_its_words() -> None:
         array = getattr(RECORD, name)
         assert (channel.name, (ROWS, *channel.shape)) == (name, array.shape)
         assert channel.unit and channel.doc and name in dir(RECORD)
-        assert f"{name} [{channel.unit}]: {channel.doc}." in (sa.Run.__doc__ or "")
+        assert f"\n{name}\n    {channel.doc} [{channel.unit}]." in (sa.Run.__doc__ or "")
     units = {name: RECORD.channels[name].unit for name in ("t", "e", "ddq_d", "tau", "V")}
     assert units == {"t": "s", "e": "rad", "ddq_d": "rad/s²", "tau": "N·m", "V": "1"}
 

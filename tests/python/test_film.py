@@ -254,13 +254,13 @@ def test_a_gif_shows_the_pixels_that_were_drawn(
     from PIL import Image, ImageSequence
 
     drawn: list[np.ndarray] = []
-    pixels = animation.Screen.pixels
+    pixels = animation._Screen.pixels
 
-    def kept(self: animation.Screen) -> Any:
+    def kept(self: animation._Screen) -> Any:
         drawn.append(pixels(self))
         return drawn[-1]
 
-    monkeypatch.setattr(animation.Screen, "pixels", kept)
+    monkeypatch.setattr(animation._Screen, "pixels", kept)
     arm, run = RUNS[which]
     animation.save_animation(run, arm, tmp_path / "arm.gif", speed=2.0, fps=15)
     with Image.open(tmp_path / "arm.gif") as film:
