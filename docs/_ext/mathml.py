@@ -27,6 +27,9 @@ logger = logging.getLogger(__name__)
 
 def mathml(formula, display):
     """Return the markup of a formula; raise ValueError if something in it is not understood."""
+    bare = re.sub(r"\\.", "", formula)
+    if bare.count("{") != bare.count("}"):
+        raise ValueError("its braces do not match")  # the converter would guess
     try:
         tree = convert_to_element(formula, display=display)
     except Exception as error:  # latex2mathml has a dozen kinds
