@@ -90,7 +90,7 @@ class Pages:
         self.page.goto(file.as_uri())
         # Pictures of the other theme and those further down are loaded too.
         self.page.evaluate("document.querySelectorAll('img').forEach(it => it.loading = 'eager')")
-        self.page.wait_for_load_state("load")
+        self.page.wait_for_function("[...document.images].every(it => it.complete)")
         self.seen[file] = found = self.page.evaluate(READ)
         self.examine(file, found)
         for theme in THEMES:
