@@ -7,6 +7,7 @@ the example must be those that the README prints, on every system.
 import contextlib
 import importlib.util
 import io
+import os
 import re
 import sys
 import tempfile
@@ -63,7 +64,9 @@ def extras() -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as name:
+        os.chdir(name)  # the example writes a page
         files(example(), Path(name))
+        os.chdir(ROOT)
     assert sa.__version__ in command("--version")
     assert "finished" in command("simulate", "--duration", "1")
     assert "recommended" in command("compare", "paper_sensors", "--only", "recommended")
