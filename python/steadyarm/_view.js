@@ -393,7 +393,7 @@ function drawGround(paper, look) {
     const colour = paper.colour(["--c1", "--c2", "--c0"][k]);
     line(paper, [base, end], colour, 2);
     const [x, y] = paper.seen(end);
-    write(paper, name, x + 4, y - 3, colour);
+    write(paper, name, name === "z" ? x - 16 : x + 4, y - 3, colour);
   });
   write(paper, `squares of ${short(step)} m`, 8, paper.high - 8, paper.colour("--soft"));
 }
