@@ -81,7 +81,7 @@ reliability: $(VENV)/wheel $(VENV)/tools
 test-python: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python -m mypy
 	cd tests/python && ../../$(BIN)/python -m mypy.stubtest steadyarm --allowlist stubtest-allowlist.txt
-	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=worksteal .
+	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=loadfile .
 
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
@@ -89,6 +89,7 @@ bench: $(VENV)/wheel $(VENV)/peers
 	$(BIN)/python benches/compare.py
 	$(BIN)/python benches/rivals.py
 	$(BIN)/python benches/recommended.py
+	$(BIN)/python benches/view.py
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked --bench dynamics
