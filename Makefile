@@ -135,7 +135,7 @@ $(VENV)/python:
 	@touch $@
 
 $(VENV)/wheel: $(SOURCES) | $(VENV)/python
-	$(BIN)/python -m pip install --quiet .
+	$(BIN)/python -m pip install --quiet ".[plot]"
 	@touch $@
 
 # What the tests, the comparison and the manual need beside the wheel: the dependency groups of pyproject.toml.
