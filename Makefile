@@ -43,10 +43,12 @@ robots: $(VENV)/wheel $(VENV)/tools
 
 # The wheel takes minutes of one core: it is built beside the tests of the crate.
 test: $(VENV)/tools
-	$(MAKE) --jobs=2 test-crate $(VENV)/wheel
+	$(MAKE) --jobs=2 $(VENV)/wheel test-crate
 	$(MAKE) test-python
 
-test-crate: lint test-rust no-std bits
+# One after the other, as cargo would wait for itself.
+test-crate:
+	$(MAKE) --jobs=1 lint test-rust no-std bits
 
 lint: $(VENV)/tools
 	$(CARGO) fmt --check
