@@ -5,12 +5,14 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 MEASURED, DESIRED = ("q", "dq", "ddq"), ("q_d", "dq_d", "ddq_d")
 """Columns of a motion, without the number of the joint."""
 
-Columns = dict[str, list[float]]
+Columns = dict[str, list[str]]
 Rows = list[list[float]]
 
 
@@ -21,56 +23,77 @@ def motion(path: str | Path, desired: bool) -> tuple[list[float], Rows, Rows | N
     the line or the column.
     """
     columns = _columns(path)
-    names = DESIRED if desired else MEASURED
     if "t" not in columns:
         raise ValueError(f"{path}: got the columns {', '.join(columns)}; wants one named t [s]")
-    joints = 0
-    while f"{names[0]}_{joints + 1}" in columns:
-        joints += 1
+    position, *rates = DESIRED if desired else MEASURED
+    joints = len(_numbers(columns, position))
     if not joints:
         got = ", ".join(columns)
         other = "; desired=True reads q_d_1" if not desired and "q_d_1" in columns else ""
-        raise ValueError(f"{path}: got the columns {got}; wants {names[0]}_1 and so on{other}")
-    q, dq, ddq = (_signal(columns, name, joints, len(columns["t"])) for name in names)
-    assert q is not None
-    return columns["t"], q, *((dq, ddq) if dq and ddq else (None, None))
+        raise ValueError(f"{path}: got the columns {got}; wants {position}_1 and so on{other}")
+    q = _signal(path, columns, position, joints)
+    dq, ddq = (_signal(path, columns, name, joints) for name in rates)
+    t = [row[0] for row in _read(path, columns, ["t"])]
+    return t, q or [], *((dq, ddq) if dq and ddq else (None, None))
 
 
-def _signal(columns: Columns, name: str, joints: int, rows: int) -> Rows | None:
-    """The rows of a signal; None if a joint has none."""
-    wanted = [f"{name}_{joint + 1}" for joint in range(joints)]
-    if not all(column in columns for column in wanted):
+def _numbers(columns: Columns, name: str) -> list[int]:
+    """The joints that a signal has columns of."""
+    found = (re.fullmatch(rf"{name}_(\d+)", column) for column in columns)
+    return sorted(int(match[1]) for match in found if match)
+
+
+def _signal(path: str | Path, columns: Columns, name: str, joints: int) -> Rows | None:
+    """The rows of a signal; None if it has no column. One that lacks a joint is refused."""
+    numbers = _numbers(columns, name)
+    if not numbers:
         return None
-    return [[columns[column][row] for column in wanted] for row in range(rows)]
+    if numbers != list(range(1, joints + 1)):
+        got = ", ".join(f"{name}_{number}" for number in numbers)
+        wants = f"{name}_1 to {name}_{joints}, a column a joint"
+        raise ValueError(f"{path}: got the columns {got}; wants {wants}")
+    return _read(path, columns, [f"{name}_{number}" for number in numbers])
+
+
+def _read(path: str | Path, columns: Columns, names: Sequence[str]) -> Rows:
+    """The rows of some columns, as finite numbers."""
+    lines = zip(*(columns[name] for name in names), strict=True)
+    return [
+        [
+            _number(cell, f"{path}: row {row}: {name}")
+            for name, cell in zip(names, cells, strict=True)
+        ]
+        for row, cells in enumerate(lines, start=1)
+    ]
 
 
 def _columns(path: str | Path) -> Columns:
-    """The columns of a file by name."""
-    text = Path(path).read_text(encoding="utf-8-sig")
+    """The cells of a file by the name of their column."""
     try:
-        lines = list(csv.reader(io.StringIO(text, newline=""), strict=True))
-    except csv.Error as error:
-        raise ValueError(f"{path}: got {error}, wants a CSV file") from error
+        text = Path(path).read_text(encoding="utf-8-sig")
+        lines = [line for line in csv.reader(io.StringIO(text, newline=""), strict=True) if line]
+    except (csv.Error, UnicodeDecodeError) as error:
+        raise ValueError(f"{path}: got {error}, wants a CSV file in UTF-8") from error
     if not lines:
         raise ValueError(f"{path}: got nothing, wants a CSV file with a line of names")
     names = [name.strip() for name in lines[0]]
+    if len(names) == 1 and ";" in names[0]:
+        raise ValueError(f"{path}: got columns parted by ';', wants commas")
     twice = [name for name in names if names.count(name) > 1]
     if twice:
         raise ValueError(f"{path}: got two columns {twice[0]!r}")
-    columns: Columns = {name: [] for name in names}
-    for number, cells in enumerate(lines[1:], start=2):
-        if not cells:
-            continue
+    for number, cells in enumerate(lines[1:], start=1):
         if len(cells) != len(names):
-            raise ValueError(f"{path}: line {number}: got {len(cells)} cells, wants {len(names)}")
-        for name, cell in zip(names, cells, strict=True):
-            columns[name].append(_number(cell, f"{path}: line {number}: {name}"))
-    return columns
+            raise ValueError(f"{path}: row {number}: got {len(cells)} cells, wants {len(names)}")
+    return {name: [cells[place] for cells in lines[1:]] for place, name in enumerate(names)}
 
 
 def _number(cell: str, place: str) -> float:
-    """The number in a cell; NaN for what is empty or text, which a motion refuses by its place."""
+    """The number in a cell."""
     try:
-        return float(cell) if cell.strip() else math.nan
+        number = float(cell)
     except ValueError:
-        raise ValueError(f"{place}: got {cell!r}, wants a number") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise ValueError(f"{place}: got {cell!r}, wants a finite number")
+    return number

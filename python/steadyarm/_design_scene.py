@@ -3,6 +3,7 @@ loop, how slow the loop may be for each, what the recommended one chose, what th
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -177,7 +178,24 @@ class Judgement:
 
     def _notes(self) -> tuple[str, ...]:
         """What is missing in the model, where the recommended controller does not say it."""
-        return rotors_missing(self.scene) if self.chosen is not None else ()
+        if self.chosen is None:
+            return ()
+        return rotors_missing(self.scene) or self._rotors_unstated()
+
+    def _rotors_unstated(self) -> tuple[str, ...]:
+        """A note where the model has no rotors at all: it does not tell if it lacks some."""
+        arm = self.scene.nominal
+        assert isinstance(arm, _core.Serial)
+        if any(joint["armature"] for joint in tomllib.loads(arm.to_toml())["joint"]):
+            return ()
+        return ("the model states no rotors; if the robot has some, give them: --armature",)
+
+    def _load(self) -> float:
+        """What the plant's arm weighs more than the controllers' [kg]."""
+        there, believed = self.scene.plant.arm, self.scene.nominal
+        assert isinstance(there, _core.Serial) and isinstance(believed, _core.Serial)
+        masses = (arm.inertial_parameters()[::10].sum() for arm in (there, believed))
+        return float(next(masses) - next(masses))
 
     def _bandwidth(self) -> str:
         laws = [law for law in self.scene.controllers.values() if "bandwidth" in law]
@@ -204,7 +222,8 @@ class Judgement:
                 f"{name:{wide}}" + "".join(f"{column[n]:12.3g}" for column in columns)
                 for n, name in enumerate(arm.joint_names)
             ),
-            "p: its three poles; filter: of the velocity; at most: what the largest torque gives",
+            "p: its three poles; filter: of the velocity; at most: what the largest torque gives;",
+            "brakes: what is left of it against gravity and the load, to come back to the path",
             "",
             *itemized(self._margins(it, gains, arm)),
         ]
@@ -215,17 +234,24 @@ class Judgement:
         mass, said = arm.inertial_parameters()[::10].sum(), []
         if it.longest is not None:
             said.append(
-                f"the loop may be as slow as {period_words(it.longest)}, "
-                f"{it.longest / self.period:.2g} times the period that it has"
+                f"it is accepted up to {period_words(it.longest)}, {it.longest / self.period:.2g} "
+                f"times the period here; take a third of that at most, "
+                f"{period_words(it.longest / 3.0)}"
             )
+        bound = mass / 6.0
         said.append(
-            f"it reckons with a load of up to {mass / 6.0:.2g} kg, a sixth of the arm, and with "
-            "masses that are about right; sa.recommended takes other bounds"
+            f"it reckons with a load of up to {bound:.2g} kg, a sixth of the arm, and with "
+            "masses that are about right; in Python sa.recommended(payload=…) takes other bounds"
         )
+        if self._load() > bound:
+            said.append(
+                f"the load of {self._load():.3g} kg here is more than it reckons with: declare it, "
+                "or nothing says that this is stable"
+            )
         condition = gains["condition"]
-        sure = f"below {DOUBTFUL:g} it converges for sure"
+        sure = f"below {DOUBTFUL:g} it converges at every pose, if the arm stands still"
         if condition > DOUBTFUL:
-            sure += ", here no proof says so: a narrower load in sa.recommended, or a run, tells"
+            sure += "; here no proof says so: a narrower load in sa.recommended, or a run, tells"
         said.append(f"what it learns has a condition of {condition:.2g}; {sure}")
         return said
 

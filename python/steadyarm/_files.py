@@ -8,7 +8,7 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -58,9 +58,14 @@ def content(path: str | os.PathLike[str], content: bytes) -> None:
     replace(path, lambda part: part.write_bytes(content))
 
 
-def text(path: str | os.PathLike[str], content: str) -> None:
-    """Write a UTF-8 text file."""
-    replace(path, lambda part: part.write_text(content, encoding="utf-8"))
+def text(path: str | os.PathLike[str], content: str | Iterable[str]) -> None:
+    """Write a UTF-8 text file, whole or part by part."""
+
+    def write(part: Path) -> None:
+        with part.open("w", encoding="utf-8") as file:
+            file.writelines([content] if isinstance(content, str) else content)
+
+    replace(path, write)
 
 
 def read(path: str | os.PathLike[str], limit: int) -> bytes:

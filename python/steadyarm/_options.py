@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import errno
+import os
 from collections.abc import Callable
 from fractions import Fraction
 from pathlib import Path
@@ -41,6 +42,26 @@ def check_files(*paths: Path | None) -> None:
             if not path.parent.is_dir():
                 raise FileNotFoundError(errno.ENOENT, "no such directory", str(path.parent))
             check(path)
+
+
+INPUTS, OUTPUTS = ("source", "scenario", "against"), (
+    "plot", "why_plot", "save", "csv", "html", "json", "out",
+)  # fmt: skip
+"""Options of a command that name a file to read, and one to write."""
+
+
+def check_apart(arguments: argparse.Namespace) -> None:
+    """Refuse an output that would write over what is read, or over another output."""
+    taken: dict[str, str] = {}
+    for name in (*INPUTS, *OUTPUTS):
+        path = getattr(arguments, name, None)
+        if path is None or (not os.path.lexists(path) and name in INPUTS):
+            continue
+        place, option = os.path.realpath(path), f"--{name.replace('_', '-')}"
+        device = os.path.exists(place) and not os.path.isfile(place)
+        if name in OUTPUTS and place in taken and not device:
+            raise Refused(f"{option}: got {path}, which is {taken[place]} too; wants another file")
+        taken[place] = "the SOURCE" if name == "source" else option
 
 
 def command(

@@ -7,6 +7,7 @@ import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ._extras import imported
 from ._options import FAILED, Refused, check_files, command, file_of, number, record
 from ._simulate import OF_SOURCE, add_law, simulated
 from ._source import add_robot, add_source, kind_of, names_help, refuse_given
@@ -56,7 +57,10 @@ def add_play(commands: Commands) -> None:
 
 
 def _shown(text: str) -> Path:
-    return file_of(text, (PAGE, *FILMS))
+    path = file_of(text, (PAGE, *FILMS))
+    if path.suffix.lower() in FILMS:
+        imported("matplotlib", "films")
+    return path
 
 
 def _play(arguments: argparse.Namespace) -> int:

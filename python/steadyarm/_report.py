@@ -97,7 +97,8 @@ class Report:
             for name, row in zip(["", "", *names], rows, strict=True)
         ]
         lines.append(
-            f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run."
+            f"RMS and variation over {begin:.4g} to {end:.4g} s, maxima over the whole run, with "
+            "its start."
         )
         if self.arm is not None and "prismatic" in self.arm.joint_kinds:
             lines.append("For a prismatic joint read mm for mrad, and N for N·m.")

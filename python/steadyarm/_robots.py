@@ -15,7 +15,7 @@ from ._json import add_json, emit, settle
 from ._options import Refused, command
 from ._report import PAGE, itemized
 from ._sections import ARMS, arm_names
-from ._source import add_chain, add_source, arm_of, kind_of
+from ._source import ENDS, add_chain, add_source, arm_of, kind_of, refuse_given
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -48,6 +48,7 @@ def add_robots(commands: Commands) -> None:
 def _robots(arguments: argparse.Namespace) -> int:
     settle(arguments)
     if arguments.source is None:
+        refuse_given(arguments, ENDS, "for a robot: give one as SOURCE")
         robots = [_shipped(name) for name in arm_names()]
         emit(arguments, _listed(robots), {"robots": robots})
         return 0

@@ -53,8 +53,8 @@ def add_scenario(commands: Commands) -> None:
     add_source(parser, "a robot or a scenario's name (default: the paper's)", "?")
     add_robot(parser)
     group = parser.add_argument_group("the paper, and the keys of a file")
-    group.add_argument("--simulation", type=int, choices=(1, 2, 3), default=3)
-    group.add_argument("--preset", choices=tuple(paper.PRESETS), default="printed")
+    group.add_argument("--simulation", type=int, choices=(1, 2, 3), help="default: 3")
+    group.add_argument("--preset", choices=tuple(paper.PRESETS), help="default: printed")
     group.add_argument("--schema", action="store_true", help="the JSON Schema of such a file")
 
 
@@ -62,12 +62,14 @@ def _scenario(arguments: argparse.Namespace) -> int:
     source = arguments.source
     if arguments.schema and source is not None:
         raise Refused("--schema: is one for all scenarios, wants no SOURCE beside it")
+    if arguments.schema or source is not None:
+        refuse_given(arguments, ("simulation", "preset"), "is for the paper's scenes alone")
     if source is None or source in scenario_names():
         refuse_given(arguments, (*OF_ROBOT, *ENDS), "for a robot alone; edit the file")
     if arguments.schema:
         text = (LIBRARY / "schema.json").read_text(encoding="utf-8")
     elif source is None:
-        text = paper.scenario(arguments.simulation, arguments.preset)
+        text = paper.scenario(arguments.simulation or 3, arguments.preset or "printed")
     elif source in scenario_names():
         text = (LIBRARY / f"{source}.toml").read_text(encoding="utf-8")
     elif kind_of(source) == "robot":

@@ -177,7 +177,7 @@ class Sheet:
                 if label not in keys
             }
         if self._enlarged:
-            keys["×10: enlarged ten times"] = Line2D([], [], linestyle="none")
+            keys["×n: enlarged n times"] = Line2D([], [], linestyle="none")
         self.picture.explain(keys)
         bad = status is not None and not status.finished
         told = "\n".join(text for text in (heading, str(status) if bad else "") if text)

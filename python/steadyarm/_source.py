@@ -10,7 +10,7 @@ import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
-from math import ceil, isfinite
+from math import ceil
 from pathlib import Path
 from typing import Any, Literal
 
@@ -262,6 +262,10 @@ def payload_for(arm: _core.Serial) -> float:
     return min(HEAVIEST, float(f"{SHARE * mass:.2g}"))
 
 
+LOOPS = (1e-9, 1.0)
+"""The shortest and the longest period of a loop [s]."""
+
+
 def in_loop(
     scene: Scenario,
     period: float | None = None,
@@ -277,11 +281,13 @@ def in_loop(
     if duration is not None:
         options["duration"] = duration
     if period is not None:
+        if not LOOPS[0] <= period <= LOOPS[1]:
+            wants = "wants a period of the loop [s] between {:g} and {:g}".format(*LOOPS)
+            raise Refused(f"--control-period: got {period:g}, {wants}")
         options["control_period"] = period
-        if isfinite(period) and period > 0.0:
-            options["dt"] = period / ceil(period / options["dt"] * (1.0 - 1e-9))
-            steps = ceil(options["duration"] / options["dt"] * (1.0 - 1e-9))
-            options["duration"] = steps * options["dt"]
+        options["dt"] = period / ceil(period / options["dt"] * (1.0 - 1e-9))
+        steps = ceil(options["duration"] / options["dt"] * (1.0 - 1e-9))
+        options["duration"] = steps * options["dt"]
     return replace(
         scene,
         options=options,

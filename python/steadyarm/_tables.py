@@ -5,7 +5,7 @@ The packages are imported when they are asked for.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,22 +19,28 @@ if TYPE_CHECKING:
     from .run import Run
 
 
-def to_csv(run: Run, names: Sequence[str] | None) -> str:
-    """Make the text of `Run.to_csv`."""
+PART = 10_000
+"""Rows that are made into text at once."""
+
+
+def to_csv(run: Run, names: Sequence[str] | None) -> Iterator[str]:
+    """Make the text of `Run.to_csv`, part by part."""
     if isinstance(names, str):
         raise TypeError(f"names: got the text {names!r}, wants a list of signals")
     known = run.channels
     for name in names or ():
         if name not in known:
             raise ValueError(f"names: got {name!r}, wants some of {', '.join(known)}")
-    wanted = [name for name in (known if names is None else names) if name != "t"]
+    wanted = dict.fromkeys(name for name in (known if names is None else names) if name != "t")
     heads, columns = ["t"], [run.t]
     for name in wanted:
         array = getattr(run, name)
         heads += [name] if array.ndim == 1 else [f"{name}_{n + 1}" for n in range(array.shape[1])]
         columns += [array] if array.ndim == 1 else list(array.T)
-    rows = np.stack(columns, axis=1).tolist()
-    return "\n".join([",".join(heads), *(",".join(map(repr, row)) for row in rows), ""])
+    yield ",".join(heads) + "\n"
+    for start in range(0, len(run.t), PART):
+        rows = np.stack([column[start : start + PART] for column in columns], axis=1).tolist()
+        yield "".join(f"{','.join(map(repr, row))}\n" for row in rows)
 
 
 def to_pandas(run: Run) -> pandas.DataFrame:

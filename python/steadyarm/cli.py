@@ -20,7 +20,18 @@ from ._completion import add_completion
 from ._design import add_design
 from ._export import add_export
 from ._extras import Missing
-from ._options import FAILED, STOPPED, USAGE, Parser, Refused, check_files, command, picture
+from ._json import STDOUT, dumped
+from ._options import (
+    FAILED,
+    STOPPED,
+    USAGE,
+    Parser,
+    Refused,
+    check_apart,
+    check_files,
+    command,
+    picture,
+)
 from ._play import add_play
 from ._progress import Progress
 from ._robots import add_robots
@@ -116,7 +127,14 @@ def _run(argv: Sequence[str] | None) -> int:
     if arguments.run is None:
         parser.print_help()
         return USAGE
-    code: int = arguments.run(arguments)
+    check_apart(arguments)
+    try:
+        code: int = arguments.run(arguments)
+    except (Refused, Missing, KeyboardInterrupt) as error:
+        if getattr(arguments, "json", None) == STDOUT:
+            kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "refused"
+            say(dumped({"status": kind, "reason": str(error)}))
+        raise
     return code
 
 

@@ -4,7 +4,7 @@
 
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::PyTypeCheck;
-use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::exceptions::{PyException, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyFloat, PyList, PyTuple};
 
@@ -101,9 +101,12 @@ pub(super) fn object<'a, 'py, T: PyTypeCheck>(
 pub(super) fn numbers(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Numbers> {
     let numpy = value.py().import("numpy")?;
     refuse_masked(&numpy, value, name, MAX_DIMENSIONS)?;
-    let array = numpy
-        .call_method1("asarray", (value,))
-        .map_err(|error| wrong_type(name, value, &format!("real numbers ({error})")))?;
+    let array = numpy.call_method1("asarray", (value,)).map_err(|error| {
+        match error.is_instance_of::<PyException>(value.py()) {
+            true => wrong_type(name, value, &format!("real numbers ({error})")),
+            false => error, // Ctrl-C is no fault of the value
+        }
+    })?;
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     if !matches!(kind.as_str(), "b" | "i" | "u" | "f") {
         if array.getattr("ndim")?.extract::<usize>()? == 0 && !value.is(&array) {

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 import steadyarm as sa
-from steadyarm import _extras, cli, laws
+from steadyarm import _extras, bench, cli, laws
 from steadyarm._sections import arm_names
 from steadyarm.bench import scenario_names
 from test_cli import run_command
@@ -262,3 +262,33 @@ def test_bash_completes(line: str, wanted: set[str], scripts: dict[str, str]) ->
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=False)
     wanted = wanted | {"panda"} if line.endswith("pan") else wanted
     assert set(done.stdout.split()) == wanted
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "simulate S --csv S",
+        "compare S --only pid --csv S",
+        "design S --json S",
+        "simulate S --html {0}.html --plot {0}.png --csv {0}.html",
+        "export S --out S",
+    ],
+)
+def test_no_output_takes_the_place_of_what_is_read_or_of_another(
+    arguments: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = tmp_path / "s.json" if "--json" in arguments else tmp_path / "s.toml"
+    source.write_text((bench.LIBRARY / "paper_sensors.toml").read_text(encoding="utf-8"))
+    before = source.read_bytes()
+    words = [word.format(tmp_path / "x").replace("S", str(source)) for word in arguments.split()]
+    assert cli.main(words) == 2
+    assert "wants another file" in capsys.readouterr().err
+    assert source.read_bytes() == before and not [*tmp_path.glob("x.*")]
+
+
+def test_json_is_an_object_where_the_arguments_are_refused(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert cli.main(["simulate", "nowhere.urdf", "--json"]) == 2
+    said = capsys.readouterr()
+    assert json.loads(said.out)["status"] == "refused" and "nowhere.urdf" in said.err

@@ -41,19 +41,23 @@ def test_reads_what_was_desired_when_asked_to(tmp_path: Path) -> None:
 
 def test_reads_what_spreadsheets_write(tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
-    file.write_bytes("\ufefft, q_1,note\r\n0,1.0,7\r\n\r\n1,2.0,\r\n".encode())
+    file.write_bytes("\ufefft, q_1,note\r\n0,1.0,begin\r\n\r\n1,2.0,\r\n".encode())
     assert sa.Table.from_csv(file) == sa.Table([0, 1], [[1.0], [2.0]])
 
 
 WRONG = {
     "": "got nothing, wants a CSV file with a line of names",
     "time,q_1\n0,1\n": r"got the columns time, q_1; wants one named t \[s\]",
-    "t,q_2\n0,1\n": "got the columns t, q_2; wants q_1 and so on",
+    "t,q_2\n0,1\n": "got the columns q_2; wants q_1 to q_1, a column a joint",
+    "t,q_1,q_3\n0,1,2\n1,1,2\n": "got the columns q_1, q_3; wants q_1 to q_2",
+    "t,q_0,q_1\n0,1,5\n1,2,6\n": "got the columns q_0, q_1; wants q_1 to q_2",
+    "t,q_1,q_2,dq_1\n0,1,2,3\n1,1,2,3\n": "got the columns dq_1; wants dq_1 to dq_2",
+    "t;q_1\n0;1\n": "got columns parted by ';', wants commas",
     "t,q_d_1\n0,1\n1,2\n": "wants q_1 and so on; desired=True reads q_d_1",
     "t,q_1,q_1\n0,1,1\n": "got two columns 'q_1'",
-    "t,q_1\n0,1\n1,x\n": "line 3: q_1: got 'x', wants a number",
-    "t,q_1\n0,1\n1\n": "line 3: got 1 cells, wants 2",
-    "t,q_1\n0,1\n1,\n": r"q\[1, 0\]: got NaN",
+    "t,q_1\n0,1\n1,x\n": "row 2: q_1: got 'x', wants a finite number",
+    "t,q_1\n0,1\n1\n": "row 2: got 1 cells, wants 2",
+    "t,q_1\n0,1\n1,\n": "row 2: q_1: got '', wants a finite number",
     "t,q_1\n0,1\n0,2\n": r"t\[1\]: got 0, wants a later time",
 }
 
@@ -64,6 +68,12 @@ def test_a_file_that_is_none_is_refused_in_words(text: str, tmp_path: Path) -> N
     file.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=WRONG[text]):
         sa.Table.from_csv(file)
+
+
+def test_bytes_that_are_no_text_are_refused_with_the_file(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_bytes(b"t,q_1\n0,\xff\n")
+    with pytest.raises(ValueError, match=r"a\.csv: got .* wants a CSV file in UTF-8"):
+        sa.Table.from_csv(tmp_path / "a.csv")
 
 
 def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path: Path) -> None:

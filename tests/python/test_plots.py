@@ -397,7 +397,7 @@ def test_panels_of_a_signal_have_one_scale_and_what_is_enlarged_says_so(seven):
     # None is so small that its next factor would have fitted too.
     sizes = [max(*column, 0.0) - min(*column, 0.0) for column in seven.tau.T]
     assert min(np.array(sizes) * factors) > 0.15 * max(sizes)
-    assert legends(figure) == ["×10: enlarged ten times"]
+    assert legends(figure) == ["×n: enlarged n times"]
 
 
 def test_numbers_stand_at_the_first_panel_of_a_scale(seven):
