@@ -41,10 +41,9 @@ robots: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_bench.py --full --out robots
 	$(BIN)/python examples/mujoco_bench.py --seeds 10 --case base noise drop gain --only recommended --out robots/seeds
 
-# The wheel takes minutes of one core: it is built beside the tests of the crate.
+# The wheel takes minutes of one core: it is built, and tested, beside the tests of the crate.
 test: $(VENV)/tools
-	$(MAKE) --jobs=2 $(VENV)/wheel test-crate
-	$(MAKE) test-python
+	$(MAKE) --jobs=2 test-python test-crate
 
 # One after the other, as cargo would wait for itself.
 test-crate:
