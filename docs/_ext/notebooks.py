@@ -40,16 +40,9 @@ def write(app, error):
         nbformat.write(notebook, Path(app.outdir) / "notebooks" / f"{page.stem}.ipynb")
 
 
-def style(app, config):
-    """Take the files of docs/_static."""
-    if "_static" not in config.html_static_path:
-        config.html_static_path.append("_static")
-
-
 def setup(app):
     """Connect it to Sphinx."""
     app.add_css_file("notebooks.css")
-    app.connect("config-inited", style)
     app.connect("source-read", offer)
     app.connect("build-finished", write)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

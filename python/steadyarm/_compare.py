@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import _comparison_files
-from ._json import STDOUT, add_json, emit, settle, written
+from ._json import STDOUT, add_json, emit, written
 from ._options import FAILED, STOPPED, Refused, check_files, command, names
 from ._source import add_robot, add_source, names_help, scene_of
 from .bench import compare
@@ -48,7 +48,6 @@ def add_compare(commands: Commands) -> None:
 
 
 def _compare(arguments: argparse.Namespace) -> int:
-    settle(arguments)
     if arguments.source is None:
         raise Refused("SOURCE: is missing, wants a robot or a scenario")
     if arguments.markdown and arguments.json == STDOUT:

@@ -6,14 +6,59 @@ import csv
 import io
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .run import Run
 
 MEASURED, DESIRED = ("q", "dq", "ddq"), ("q_d", "dq_d", "ddq_d")
 """Columns of a motion, without the number of the joint."""
 
+PART = 10_000
+"""Rows that are made into text at once."""
+
 Columns = dict[str, list[str]]
 Rows = list[list[float]]
+
+
+def table(run: Run, names: Sequence[str] | None = None) -> dict[str, Any]:
+    """The columns of a run by name: t, then those of all its signals, or of those named."""
+    if isinstance(names, str):
+        raise TypeError(f"names: got the text {names!r}, wants a list of signals")
+    known = run.channels
+    for name in names or ():
+        if name not in known:
+            raise ValueError(f"names: got {name!r}, wants some of {', '.join(known)}")
+    columns = {"t": run.t}
+    for name in known if names is None else names:
+        array = getattr(run, name)
+        if array.ndim == 1:
+            columns[name] = array
+        else:
+            columns |= {_column(name, joint): array[:, joint - 1] for joint in _counted(array)}
+    return columns
+
+
+def text(columns: dict[str, Any]) -> Iterator[str]:
+    """A file of these columns, part by part."""
+    yield ",".join(columns) + "\n"
+    for start in range(0, len(columns["t"]), PART):
+        parts = [column[start : start + PART] for column in columns.values()]
+        rows = np.stack(parts, axis=1).tolist()
+        yield "".join(f"{','.join(map(repr, row))}\n" for row in rows)
+
+
+def _counted(array: Any) -> range:
+    return range(1, array.shape[1] + 1)
+
+
+def _column(name: str, joint: int) -> str:
+    """The name of a joint's column."""
+    return f"{name}_{joint}"
 
 
 def motion(path: str | Path, desired: bool) -> tuple[list[float], Rows, Rows | None, Rows | None]:
@@ -49,10 +94,10 @@ def _signal(path: str | Path, columns: Columns, name: str, joints: int) -> Rows 
     if not numbers:
         return None
     if numbers != list(range(1, joints + 1)):
-        got = ", ".join(f"{name}_{number}" for number in numbers)
-        wants = f"{name}_1 to {name}_{joints}, a column a joint"
+        got = ", ".join(_column(name, number) for number in numbers)
+        wants = f"{_column(name, 1)} to {_column(name, joints)}, a column a joint"
         raise ValueError(f"{path}: got the columns {got}; wants {wants}")
-    return _read(path, columns, [f"{name}_{number}" for number in numbers])
+    return _read(path, columns, [_column(name, number) for number in numbers])
 
 
 def _read(path: str | Path, columns: Columns, names: Sequence[str]) -> Rows:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from . import _core
 from ._design_scene import PERIOD, Judgement, report_plain
-from ._json import add_json, emit, settle
-from ._options import FAILED, Refused, command, harmonics, number
+from ._json import add_json, emit
+from ._options import FAILED, Refused, command, harmonics, number, positive
 from ._paper_scene import SHARED, add_compensator, add_feedback, add_scenario, paper_scene
 from ._source import (
     ENDS,
@@ -54,7 +54,7 @@ def add_design(commands: Commands) -> None:
     loop(
         "--control-period",
         metavar="S",
-        type=number,
+        type=positive,
         help="period of the loop [s] (default: that of a scenario, or 0.001)",
     )
     loop(
@@ -98,7 +98,6 @@ ALONE = ("scenario", "preset", *OVERRIDES, "disturbance", "inertia_ratio")
 
 
 def _design(arguments: argparse.Namespace) -> int:
-    settle(arguments)
     if arguments.source is not None:
         return _judge(arguments)
     refuse_given(arguments, (*OF_ROBOT, *ENDS), "for a robot: give one as SOURCE")

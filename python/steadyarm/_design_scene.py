@@ -3,7 +3,6 @@ loop, how slow the loop may be for each, what the recommended one chose, what th
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,7 +13,8 @@ import numpy as np
 
 from . import _core
 from ._report import finite, itemized
-from ._source import Kind, hint
+from ._robots import described
+from ._source import SHARE, Kind, hint, mass_of
 from .bench import Scenario, rotors_missing
 from .design import DesignReport, design
 from .learnable import Learnable, learnable
@@ -155,11 +155,10 @@ class Judgement:
     def _of_robot(self) -> list[str]:
         arm = self.scene.nominal
         assert isinstance(arm, _core.Serial)
-        mass = arm.inertial_parameters()[::10].sum()
         loop = loop_words(self.period, self.delay)
         rivals = [it for it in self.judged if it.refusal and it.name != RECOMMENDED]
         return [
-            f"robot       {arm.name}, {arm.joints} joints, {mass:.3g} kg",
+            f"robot       {arm.name}, {arm.joints} joints, {mass_of(arm):.3g} kg",
             f"loop        {loop}, encoders of 16 bits, velocities by difference",
             f"motion      a sine in every joint, {self.teaches.duration:.3g} s",
             *(f"note        {note}" for note in self._notes()),
@@ -186,16 +185,9 @@ class Judgement:
         """A note where the model has no rotors at all: it does not tell if it lacks some."""
         arm = self.scene.nominal
         assert isinstance(arm, _core.Serial)
-        if any(joint["armature"] for joint in tomllib.loads(arm.to_toml())["joint"]):
+        if any(joint["armature"] for joint in described(arm)["joints"]):
             return ()
         return ("the model states no rotors; if the robot has some, give them: --armature",)
-
-    def _load(self) -> float:
-        """What the plant's arm weighs more than the controllers' [kg]."""
-        there, believed = self.scene.plant.arm, self.scene.nominal
-        assert isinstance(there, _core.Serial) and isinstance(believed, _core.Serial)
-        masses = (arm.inertial_parameters()[::10].sum() for arm in (there, believed))
-        return float(next(masses) - next(masses))
 
     def _bandwidth(self) -> str:
         laws = [law for law in self.scene.controllers.values() if "bandwidth" in law]
@@ -231,21 +223,21 @@ class Judgement:
     def _margins(self, it: Judged, gains: Mapping[str, Any], arm: _core.Serial) -> list[str]:
         """How far this is from what does not work."""
         assert self.period is not None
-        mass, said = arm.inertial_parameters()[::10].sum(), []
+        said = []
         if it.longest is not None:
             said.append(
                 f"it is accepted up to {period_words(it.longest)}, {it.longest / self.period:.2g} "
                 f"times the period here; take a third of that at most, "
                 f"{period_words(it.longest / 3.0)}"
             )
-        bound = mass / 6.0
+        bound, load = SHARE * mass_of(arm), _payload(self.scene)
         said.append(
             f"it reckons with a load of up to {bound:.2g} kg, a sixth of the arm, and with "
             "masses that are about right; in Python sa.recommended(payload=…) takes other bounds"
         )
-        if self._load() > bound:
+        if load > bound:
             said.append(
-                f"the load of {self._load():.3g} kg here is more than it reckons with: declare it, "
+                f"the load of {load:.3g} kg here is more than it reckons with: declare it, "
                 "or nothing says that this is stable"
             )
         condition = gains["condition"]
@@ -337,5 +329,4 @@ def _payload(scene: Scenario) -> float:
     real, nominal = scene.plant.arm, scene.nominal
     if not (isinstance(real, _core.Serial) and isinstance(nominal, _core.Serial)):
         return 0.0
-    weights = [float(arm.inertial_parameters()[::10].sum()) for arm in (real, nominal)]
-    return round(max(0.0, weights[0] - weights[1]), 9)
+    return round(max(0.0, mass_of(real) - mass_of(nominal)), 9)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from . import _core, _files
+from . import _core, _csv, _files
 from ._extras import imported
 from ._options import Refused, check_files, command
 from ._play import loaded
@@ -77,7 +77,7 @@ def _export(arguments: argparse.Namespace) -> int:
     elif kind == "scenario":
         _files.text(out, _scenario(source))
     elif out.suffix.lower() == ".csv":
-        loaded(source).to_csv(out)  # type: ignore[attr-defined, unused-ignore]
+        loaded(source).to_csv(out)
     else:
         _parquet(loaded(source), out)
     say(f"{kind:12}{out}")
@@ -102,9 +102,8 @@ def _scenario(source: str) -> str:
 
 
 def _parquet(run: Run, path: Path) -> None:
-    """All signals over time, a column a signal and joint, such as "q joint1"."""
-    imported("pandas", "tables")
+    """All signals over time, with the columns of the CSV."""
+    pandas = imported("pandas", "tables")
     imported("pyarrow", "Parquet")
-    frame = run.to_pandas()
-    frame.columns = [" ".join(filter(None, map(str, pair))) for pair in frame.columns]
-    _files.replace(path, frame.to_parquet)
+    frame = pandas.DataFrame(_csv.table(run))
+    _files.replace(path, lambda part: frame.to_parquet(part, index=False))

@@ -35,6 +35,8 @@ def add_json(add: Any) -> None:
 
 def settle(arguments: argparse.Namespace) -> None:
     """Tell a FILE of ``--json`` from a SOURCE behind it, and see whether it can be written."""
+    if not hasattr(arguments, "json"):
+        return
     file, given = arguments.json, arguments.source
     if file not in (None, STDOUT) and given is None and file.suffix.lower() != ENDING:
         arguments.json, arguments.source = STDOUT, str(file)
@@ -47,11 +49,19 @@ def emit(arguments: argparse.Namespace, words: str, value: Any) -> None:
     text = value if isinstance(value, str) else dumped(value)
     if arguments.json == STDOUT:
         say(text)
+        arguments.answered = True
         return
     say(words)
     if arguments.json is not None:
         _files.text(arguments.json, text + "\n")
         written(arguments, arguments.json)
+
+
+def unanswered(arguments: argparse.Namespace, error: BaseException) -> None:
+    """Answer a pipe with the reason, where the command ends before it has answered."""
+    if getattr(arguments, "json", None) == STDOUT and not hasattr(arguments, "answered"):
+        kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "refused"
+        say(dumped({"status": kind, "reason": str(error)}))
 
 
 def written(arguments: argparse.Namespace, path: Path, kind: str = "written") -> None:

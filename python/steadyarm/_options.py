@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import errno
 import os
 from collections.abc import Callable
@@ -33,6 +34,13 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """End with one line, after one on where to find more."""
         self.exit(USAGE, f"{self.prog} --help explains the options\nsteadyarm: {message}\n")
+
+    def unknown(self, arguments: list[str]) -> NoReturn:
+        """End with what is no option, and the option that is nearest to it."""
+        name = arguments[0].partition("=")[0]
+        near = difflib.get_close_matches(name, self._option_string_actions, 1)
+        hint = f"; near: {near[0]}" if near else ""
+        self.error(f"unrecognized arguments: {' '.join(arguments)}{hint}")
 
 
 def check_files(*paths: Path | None) -> None:
@@ -87,7 +95,7 @@ def command(
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, parser=parser)
     return parser
 
 
@@ -97,6 +105,14 @@ def number(text: str) -> float:
         return float(Fraction(text)) if "/" in text else float(text)
     except (ValueError, ZeroDivisionError):
         raise argparse.ArgumentTypeError(f"got {text!r}, wants a number") from None
+
+
+def positive(text: str) -> float:
+    """A number above 0."""
+    value = number(text)
+    if not value > 0.0:
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants a number > 0")
+    return value
 
 
 def numbers(text: str) -> float | list[float]:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._extras import imported
-from ._options import FAILED, Refused, check_files, command, file_of, number, record
+from ._options import FAILED, Refused, check_files, command, file_of, number, positive, record
 from ._simulate import OF_SOURCE, add_law, simulated
 from ._source import add_robot, add_source, kind_of, names_help, refuse_given
 from ._streams import say, tell
@@ -53,7 +53,7 @@ def add_play(commands: Commands) -> None:
     add_law(loop)
     words = {"--control-period": "period of the loop [s]", "--duration": "length [s]"}
     for name, said in words.items():
-        loop.add_argument(name, metavar="S", type=number, help=f"{said} (default: the SOURCE's)")
+        loop.add_argument(name, metavar="S", type=positive, help=f"{said} (default: the SOURCE's)")
 
 
 def _shown(text: str) -> Path:
@@ -82,7 +82,7 @@ def _play(arguments: argparse.Namespace) -> int:
         if film:
             run.animate(arm, out, speed=1.0 if arguments.speed is None else arguments.speed)
         else:
-            run.to_html(out, against=other)  # type: ignore[attr-defined, unused-ignore]
+            run.to_html(out, against=other)
     except (ValueError, TypeError, RuntimeError) as error:
         raise Refused(error) from error
     say(f"{'film' if film else 'page':12}{out}")

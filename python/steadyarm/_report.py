@@ -13,20 +13,15 @@ import numpy as np
 
 from . import _figures
 from ._figures import FIGURES, JOINTED
+from ._joints import title
 from .attribution import Attribution, attribution
 from .learned import learned
 
 if TYPE_CHECKING:
     from .run import Run
 
-COLUMNS = (
-    ("rms_e", "RMS error", "mrad", 1e3),
-    ("max_abs_e", "max |error|", "mrad", 1e3),
-    ("rms_tau", "RMS torque", "N·m", 1.0),
-    ("max_abs_tau", "max |torque|", "N·m", 1.0),
-    ("torque_variation", "variation", "N·m/s", 1.0),
-)
-"""Metrics of a joint: name, what the table calls it, the unit there, and how many make one."""
+COLUMNS = ("rms_e", "max_abs_e", "rms_tau", "max_abs_tau", "torque_variation")
+"""Metrics of a joint that a table has."""
 
 LATE = ("rms_e", "rms_tau", "torque_variation")
 """Metrics over the window; the others are over the whole run."""
@@ -37,8 +32,8 @@ OF_ONE_RUN = JOINTED[: JOINTED.index("frozen_rms_e")]
 MUCH = 0.05
 """Share of the time at the largest torque that is said."""
 
-WIDTH, NAME, PAGE = 14, 22, 98
-"""Characters of a column, of a joint's name at most, and of a line of words."""
+WIDTH, PAGE = 14, 98
+"""Characters of a column, and of a line of words."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +73,14 @@ class Report:
         begin, end = self.steady
         late, whole = self.run.metrics(self.steady), self.run.metrics()
         columns = [
-            (head, unit, scale * getattr(late if name in LATE else whole, name), ".4g")
-            for name, head, unit, scale in COLUMNS
+            (it.head, it.shown, it.scale * getattr(late if name in LATE else whole, name), ".4g")
+            for name in COLUMNS
+            if (it := FIGURES[name])
         ]
         if self.effort_limit is not None:
             share = whole.max_abs_tau / np.broadcast_to(self.effort_limit, (self.run.joints,))
             columns.append(("of its limit", "%", 100.0 * share, ".3g"))
-        named = self.run.joint_names
-        names = [f"joint {name}" if name.isdecimal() else name[:NAME] for name in named]
+        names = [title(name) for name in self.run.joint_names]
         wide = max(map(len, names)) + 2
         rows = [
             [head for head, *_ in columns],

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core
-from ._json import add_json, emit, settle
+from ._json import add_json, emit
 from ._options import Refused, command
 from ._report import PAGE, itemized
 from ._sections import ARMS, arm_names
-from ._source import ENDS, add_chain, add_source, arm_of, kind_of, refuse_given
+from ._source import ENDS, add_chain, add_source, arm_of, kind_of, mass_of, refuse_given
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -46,7 +46,6 @@ def add_robots(commands: Commands) -> None:
 
 
 def _robots(arguments: argparse.Namespace) -> int:
-    settle(arguments)
     if arguments.source is None:
         refuse_given(arguments, ENDS, "for a robot: give one as SOURCE")
         robots = [_shipped(name) for name in arm_names()]
@@ -74,8 +73,7 @@ def described(arm: _core.Serial) -> dict[str, Any]:
         }
         for n, row in enumerate(rows)
     ]
-    mass = float(arm.inertial_parameters()[::10].sum())
-    return {"title": arm.name, "mass": mass, "joints": joints, "notes": list(arm.notes)}
+    return {"title": arm.name, "mass": mass_of(arm), "joints": joints, "notes": list(arm.notes)}
 
 
 def _shipped(name: str) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ._design_scene import loop_words
-from ._json import add_json, emit, settle, written
+from ._json import add_json, emit, written
 from ._options import (
     FAILED,
     STOPPED,
@@ -19,6 +19,7 @@ from ._options import (
     file_of,
     number,
     picture,
+    positive,
     record,
     whole,
 )
@@ -95,7 +96,7 @@ def _add_loop(group: argparse._ArgumentGroup) -> None:
     add(
         "--control-period",
         metavar="S",
-        type=number,
+        type=positive,
         help="the controller steps once every so many seconds and holds its torque, as on a real "
         "machine (default: 0.001 for a robot, continuous for the paper's arm)",
     )
@@ -166,7 +167,6 @@ PATIENCE = 60.0
 
 
 def _simulate(arguments: argparse.Namespace) -> int:
-    settle(arguments)
     check_files(arguments.why_plot, *(getattr(arguments, option) for option, *_ in FILES))
     report = _of_paper(arguments) if arguments.source is None else _of_source(arguments)
     run, words, found = report.run, report.words(), report.plain()

@@ -1,14 +1,11 @@
-"""A run as CSV, as a table of pandas or a dataset of xarray.
+"""A run as a table of pandas or a dataset of xarray.
 
 The packages are imported when they are asked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from ._extras import imported
 
@@ -17,30 +14,6 @@ if TYPE_CHECKING:
     import xarray  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
     from .run import Run
-
-
-PART = 10_000
-"""Rows that are made into text at once."""
-
-
-def to_csv(run: Run, names: Sequence[str] | None) -> Iterator[str]:
-    """Make the text of `Run.to_csv`, part by part."""
-    if isinstance(names, str):
-        raise TypeError(f"names: got the text {names!r}, wants a list of signals")
-    known = run.channels
-    for name in names or ():
-        if name not in known:
-            raise ValueError(f"names: got {name!r}, wants some of {', '.join(known)}")
-    wanted = dict.fromkeys(name for name in (known if names is None else names) if name != "t")
-    heads, columns = ["t"], [run.t]
-    for name in wanted:
-        array = getattr(run, name)
-        heads += [name] if array.ndim == 1 else [f"{name}_{n + 1}" for n in range(array.shape[1])]
-        columns += [array] if array.ndim == 1 else list(array.T)
-    yield ",".join(heads) + "\n"
-    for start in range(0, len(run.t), PART):
-        rows = np.stack([column[start : start + PART] for column in columns], axis=1).tolist()
-        yield "".join(f"{','.join(map(repr, row))}\n" for row in rows)
 
 
 def to_pandas(run: Run) -> pandas.DataFrame:

@@ -86,7 +86,7 @@ function startCharts(section, data, runs, span, seek) {
   made.fit = () => charts.forEach((svg) => scales.set(svg,
     drawChart(svg, runs, Number(joint.value), data.joints[joint.value], span)));
   made.show = (t) => {
-    const [at, unit] = [Number(joint.value), data.joints[joint.value].unit];
+    const [at, unit] = [Number(joint.value), `m${data.joints[joint.value].length}`];
     scales.forEach(({ cursor, scale }) => {
       cursor.setAttribute("x1", scale.x(t));
       cursor.setAttribute("x2", scale.x(t));
@@ -102,7 +102,8 @@ function startCharts(section, data, runs, span, seek) {
   joint.addEventListener("change", () => made.changed());
   return made;
 }
-function drawChart(svg, runs, joint, { name, unit }, span) {
+function drawChart(svg, runs, joint, { name, length }, span) {
+  const unit = `m${length}`;
   const signal = svg.dataset.signal;
   const shown = runs.filter(({ curves }) => curves[signal][joint]);
   const factor = signal === "e" ? 1000 : 1;

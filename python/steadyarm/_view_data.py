@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._comparison_words import plain
 from ._curves import envelope
+from ._joints import lengths
 from ._load import without_load
 from ._mismatch import segments
 from ._packed import ALPHABET, packed
@@ -87,8 +88,8 @@ def collected(runs: Mapping[str, Run], arms: Sequence[Any]) -> dict[str, Any]:
         "flat": flat,
         "room": [side[: 2 if flat else 3].tolist() for side in room],
         "joints": [
-            {"name": plain(name), "unit": "mm" if kind == "prismatic" else "mrad"}
-            for name, kind in zip(names, kinds, strict=True)
+            {"name": plain(name), "length": length}
+            for name, length in zip(names, lengths(kinds), strict=True)
         ],
         "runs": [
             {

@@ -11,6 +11,7 @@ import numpy as np
 from . import _core, _html, _page, _view_data
 from ._comparison_words import digits
 from ._figures import FIGURES, Figure
+from ._joints import in_length, title
 from ._places import joint_points
 from .metrics import UNITS
 
@@ -130,8 +131,7 @@ def _told(runs: Mapping[str, Run], arms: Sequence[Any]) -> str:
 def _table(runs: Mapping[str, Run], joints: list[dict[str, str]]) -> str:
     """The metrics of every run, joint by joint."""
     several = len(runs) > 1
-    names = ["joint " * joint["name"].isdigit() + joint["name"] for joint in joints]
-    heads = [_html.head("figure"), *map(_html.head, names)]
+    heads = [_html.head("figure"), *(_html.head(title(joint["name"])) for joint in joints)]
     rows = []
     measured = {name: run.metrics() for name, run in runs.items()}
     for name in UNITS:
@@ -155,6 +155,5 @@ def _cell(value: float, figure: Figure) -> str:
 
 def _unit(figure: Figure, joints: list[dict[str, str]]) -> str:
     """The unit of a row; those of prismatic joints too, if there are any."""
-    kinds = {joint["unit"] for joint in joints}
-    units = {"mrad": figure.shown, "mm": figure.shown.replace("rad", "m").replace("N·m", "N")}
-    return " or ".join(dict.fromkeys(units[kind] for kind in ("mrad", "mm") if kind in kinds))
+    lengths = sorted({joint["length"] for joint in joints}, reverse=True)
+    return " or ".join(dict.fromkeys(in_length(figure.shown, length) for length in lengths))

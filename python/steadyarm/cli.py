@@ -20,7 +20,7 @@ from ._completion import add_completion
 from ._design import add_design
 from ._export import add_export
 from ._extras import Missing
-from ._json import STDOUT, dumped
+from ._json import settle, unanswered
 from ._options import (
     FAILED,
     STOPPED,
@@ -121,19 +121,20 @@ def _warned(message: Warning | str, *_: object, **__: object) -> None:
 def _run(argv: Sequence[str] | None) -> int:
     parser = _parser()
     try:
-        arguments = parser.parse_args(argv)
+        arguments, unknown = parser.parse_known_args(argv)
+        if unknown:
+            arguments.parser.unknown(unknown)
     except SystemExit as stop:  # after a help, or what is wrong with the arguments
         return int(stop.code or 0)
     if arguments.run is None:
         parser.print_help()
         return USAGE
-    check_apart(arguments)
     try:
+        settle(arguments)
+        check_apart(arguments)
         code: int = arguments.run(arguments)
     except (Refused, Missing, KeyboardInterrupt) as error:
-        if getattr(arguments, "json", None) == STDOUT:
-            kind = "interrupted" if isinstance(error, KeyboardInterrupt) else "refused"
-            say(dumped({"status": kind, "reason": str(error)}))
+        unanswered(arguments, error)
         raise
     return code
 
@@ -148,7 +149,7 @@ def _parser() -> Parser:
     )
     parser.add_argument("--version", action="version", version=f"steadyarm {__version__}")
     commands = parser.add_subparsers(title="commands", metavar="<command>")
-    parser.set_defaults(run=None)
+    parser.set_defaults(run=None, parser=parser)
     for add in COMMANDS:
         add(commands)
     return parser

@@ -14,15 +14,10 @@ from ._joints import numbered
 
 Array = NDArray[np.float64]
 
-UNITS = {
-    "rms_e": "rad",
-    "max_abs_e": "rad",
-    "itae": "rad·s²",
-    "settling_time": "s",
-    "rms_tau": "N·m",
-    "max_abs_tau": "N·m",
-    "torque_variation": "N·m/s",
-}
+NAMES = (
+    "rms_e", "max_abs_e", "itae", "settling_time", "rms_tau", "max_abs_tau", "torque_variation",
+)  # fmt: skip
+UNITS = {name: FIGURES[name].unit for name in NAMES}
 """Units of the metrics; m and N instead of rad and N·m for a prismatic joint."""
 
 

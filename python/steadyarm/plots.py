@@ -313,7 +313,8 @@ def _error(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
 
 
 def _torque(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
-    look, parts = sheet.look, dict.fromkeys(_own_torques(part.run), "")
+    look = sheet.look
+    parts = {name: name.removeprefix("tau_") for name in _own_torques(part.run)}
     if part.run.weights_norm is not None:
         parts = {
             "tau_model": "from the model",
@@ -324,7 +325,7 @@ def _torque(sheet: Sheet, part: Part, axes: Axes, joint: int) -> None:
     lines: dict[str, tuple[str, dict[str, Any]]] = {"tau": ("applied" if parts else "", applied)}
     fillings = zip((look.sky, look.green, look.orange), (DASHED, DASH_DOT, DOTTED), strict=True)
     for (name, label), (colour, line) in zip(parts.items(), cycle(fillings), strict=False):
-        lines[name] = (label or name, {"color": colour, "linestyle": line})
+        lines[name] = (label, {"color": colour, "linestyle": line})
     _lines(sheet, part, axes, joint, lines)
 
 

@@ -206,9 +206,9 @@ class Run(_Columns):
         The header has ``t``, then a column a joint, ``q_1`` to ``q_n``; a signal of one number has
         its own name. A row a sample, with all digits. The file is replaced as a whole.
         """
-        from . import _files, _tables
+        from . import _csv, _files
 
-        _files.text(path, _tables.to_csv(self, names))
+        _files.text(path, _csv.text(_csv.table(self, names)))
 
     def to_pandas(self) -> pandas.DataFrame:
         """All recorded signals as a table over time.

@@ -251,7 +251,7 @@ def test_simulate_reports_the_run_and_keeps_it(capsys, tmp_path):
     assert "finished" in out
     for value in expected.metrics((1.0, 2.0)).rms_e:
         assert f"{1e3 * value:.4g}" in out
-    for words in ("RMS error", "[mrad]", "max |torque|", "Lyapunov identity kept", str(plot)):
+    for words in ("RMS error", "[mrad]", "peak torque", "Lyapunov identity kept", str(plot)):
         assert words in out
 
 

@@ -125,8 +125,8 @@ def test_export_to_parquet_reads_back(capsys: Out) -> None:
     pytest.importorskip("pyarrow")
     code, _, _ = run_command(capsys, "export", "run.npz", "--out", "run.parquet")
     frame, run = pandas.read_parquet("run.parquet"), sa.Run.load("run.npz")
-    assert code == 0 and np.array_equal(frame["q 1"], run.q[:, 0])
-    assert np.array_equal(frame.index, run.t)
+    assert code == 0 and np.array_equal(frame["q_1"], run.q[:, 0])
+    assert np.array_equal(frame["t"], run.t)
 
 
 @pytest.mark.parametrize(
@@ -292,3 +292,40 @@ def test_json_is_an_object_where_the_arguments_are_refused(
     assert cli.main(["simulate", "nowhere.urdf", "--json"]) == 2
     said = capsys.readouterr()
     assert json.loads(said.out)["status"] == "refused" and "nowhere.urdf" in said.err
+
+
+def test_json_is_one_object_where_a_command_stops_after_it_has_answered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sa.Run, "save", stop)
+    file = str(tmp_path / "run.npz")
+    assert cli.main(["simulate", "--duration", "0.1", "--save", file, "--json"]) == 130
+    assert json.loads(capsys.readouterr().out)["status"] == "finished"
+
+
+@pytest.mark.parametrize("command", ["design", "simulate", "play"])
+def test_a_period_that_is_none_is_refused_by_its_option(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main([command, "panda", "--control-period", "-1"]) == 2
+    assert "--control-period: got '-1', wants a number > 0" in capsys.readouterr().err
+
+
+def test_design_says_a_load_beyond_what_it_reckons_with_and_rotors_that_nobody_states(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for load, rotors, beyond, unstated in (("12", "0.5", True, False), ("2", "0", False, True)):
+        assert cli.main(["design", "panda", "--payload", load, "--armature", rotors]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert ("is more than it reckons with" in said) == beyond
+        assert ("the model states no rotors" in said) == unstated
+
+
+def test_a_mistyped_option_is_told_the_nearest(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["simulate", "panda", "--paylod", "2"]) == 2
+    said = capsys.readouterr().err.splitlines()
+    assert said[0].startswith("steadyarm simulate --help")
+    assert said[-1] == "steadyarm: unrecognized arguments: --paylod 2; near: --payload"

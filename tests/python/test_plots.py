@@ -331,7 +331,7 @@ def test_what_a_controller_adds_is_drawn_and_what_sensors_add_is_not():
     torque = learning.plot().axes[4]
     for line, name in zip(torque.get_lines(), ("tau", "tau_learned", "tau_observed"), strict=False):
         assert np.array_equal(line.get_ydata(), getattr(learning, name)[:, 0])
-    assert {"applied", "tau_learned", "tau_observed"} < set(legends(learning.plot()))
+    assert {"applied", "learned", "observed"} < set(legends(learning.plot()))
     assert labels(plain.plot("q_measured", "sample_age")) == ["q_measured [rad]", "sample_age [s]"]
 
 

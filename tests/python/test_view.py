@@ -218,7 +218,7 @@ def test_an_arm_that_is_given_moves_a_run_that_does_not_know_its_own(tmp_path: P
 
 def test_prismatic_joints_are_in_millimetres(tmp_path: Path) -> None:
     text = written(twelve(), tmp_path)
-    assert [joint["unit"] for joint in data_of(text)["joints"]] == ["mrad"] * 11 + ["mm"]
+    assert [joint["length"] for joint in data_of(text)["joints"]] == ["rad"] * 11 + ["m"]
     assert "[mrad or mm]" in text and "[N·m or N]" in text
 
 
