@@ -20,6 +20,7 @@ mod fuzzy;
 mod guard;
 mod guarding;
 mod limits;
+mod many;
 mod monitor;
 mod per_joint;
 mod plant;
@@ -94,6 +95,8 @@ mod core_module {
     use super::guard::PyGuard;
     #[pymodule_export]
     use super::limits::PyExcess;
+    #[pymodule_export]
+    use super::many::simulate_many;
     #[pymodule_export]
     use super::plant::PyPlant;
     #[pymodule_export]

@@ -21,15 +21,48 @@ use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
 use crate::control::{Channel, Width};
+use crate::effects::Effects;
 use crate::error::{Error, positive};
 use crate::sim::{self, Certificate, Column, Method, Options, Run, Status, Tolerance, Window};
 
-/// Arguments of a simulation that are the same for any joint count, and the start that is not.
-struct Settings<'a, 'py> {
+/// How the time goes on, the same for any joint count.
+#[derive(Clone, Copy)]
+pub(super) struct Numerics {
     duration: f64,
     dt: f64,
     method: Method,
     control_period: Option<f64>,
+}
+
+impl Numerics {
+    pub fn of(
+        duration: Any<'_, '_>,
+        dt: Any<'_, '_>,
+        method: Any<'_, '_>,
+        control_period: Given<'_, '_>,
+        [rtol, atol]: [Any<'_, '_>; 2],
+    ) -> PyResult<Self> {
+        let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
+        let methods = [("rk4", Method::Rk4), ("dp54", Method::Dp54(tolerance))];
+        let method = word(method, "method", methods)?;
+        let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
+        let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
+        Ok(Self { duration, dt, method, control_period })
+    }
+
+    /// With them, the options of a run of `N` joints from this start through these effects.
+    pub fn options<const N: usize>(
+        self,
+        (q0, dq0, effects): ([f64; N], [f64; N], Effects<N>),
+    ) -> Options<N> {
+        let Self { duration, dt, method, control_period } = self;
+        Options { duration, dt, method, control_period, q0, dq0, effects, ..Options::default() }
+    }
+}
+
+/// Arguments of a simulation that are the same for any joint count, and the start that is not.
+struct Settings<'a, 'py> {
+    numerics: Numerics,
     record_every: usize,
     record: sim::Record,
     q0: Given<'a, 'py>,
@@ -39,13 +72,12 @@ struct Settings<'a, 'py> {
 
 impl Settings<'_, '_> {
     fn options<const N: usize>(&self) -> PyResult<Options<N>> {
-        let Self { duration, dt, method, control_period, record_every, record, q0, dq0, effects } =
-            *self;
+        let Self { numerics, record_every, record, q0, dq0, effects } = *self;
         let start =
             |value: Given<'_, '_>, name| value.map_or(Ok([0.0; N]), |value| joints(value, name));
         let (q0, dq0) = (start(q0, "q0")?, start(dq0, "dq0")?);
-        let effects = PyEffects::of(effects)?;
-        Ok(Options { duration, dt, method, control_period, q0, dq0, record_every, record, effects })
+        let options = numerics.options((q0, dq0, PyEffects::of(effects)?));
+        Ok(Options { record_every, record, ..options })
     }
 }
 
@@ -75,16 +107,11 @@ pub(super) fn simulate<'py>(
     effects: Given<'_, 'py>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
-    let tolerance = Tolerance { rtol: scalar(rtol, "rtol")?, atol: scalar(atol, "atol")? };
-    let methods = [("rk4", Method::Rk4), ("dp54", Method::Dp54(tolerance))];
-    let method = word(method, "method", methods)?;
-    let (duration, dt) = (scalar(duration, "duration")?, scalar(dt, "dt")?);
-    let control_period = control_period.map(|it| scalar(it, "control_period")).transpose()?;
+    let numerics = Numerics::of(duration, dt, method, control_period, [rtol, atol])?;
     let record_every = count(record_every, "record_every", 1)?;
     let records = [("all", sim::Record::All), ("motion", sim::Record::Motion)];
     let record = word(record, "record", records)?;
-    let settings =
-        Settings { duration, dt, method, control_period, record_every, record, q0, dq0, effects };
+    let settings = Settings { numerics, record_every, record, q0, dq0, effects };
     let plant = object::<PyPlant>(plant, "plant", "a Plant")?;
     let guard = tracker.cast::<PyGuard>().ok();
     let mut guards = guard.map(|guard| guard.try_borrow().map(|guard| guard.twin())).transpose()?;
@@ -133,10 +160,9 @@ fn simulated<'py, const N: usize>(
     let run = py.detach(|| {
         let (system, law) = ((plant, &**controller, &reference), &controller.law);
         let guards = guards.and_then(Own::of_run);
-        sim::simulate_by(system, state, guards, &options, |t| {
-            // Through a guard the run would go on.
-            if law.has_raised() { ControlFlow::Break(()) } else { monitor.look(t) }
-        })
+        // Through a guard the run would go on.
+        let mut look = |t| if law.has_raised() { ControlFlow::Break(()) } else { monitor.look(t) };
+        sim::simulate_by(system, state, guards, &options, &mut look)
     });
     let mut run = run?;
     // All are asked: the plant outlives the run.
@@ -144,12 +170,13 @@ fn simulated<'py, const N: usize>(
     let of_law = controller.law.raised();
     let raised = match monitor.raised.or(reference.raised()).or(of_disturbance).or(of_law) {
         Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => {
-            run.status = Status::Interrupted { t: ended(&run) };
+            run.status = Status::Interrupted { t: ended(run.status, end(&run)) };
             None
         }
         other => other,
     };
-    let (status, certificate, rows) = ((run.status, ended(&run)), run.certificate, run.t.len());
+    let (status, certificate, rows) =
+        ((run.status, ended(run.status, end(&run))), run.certificate, run.t.len());
     let record = record(py, status, certificate, run.into_columns(), [rows, N])?;
     let (compensator, state) = (&controller.compensator, &state.compensator);
     let weights = compensator.weights(state).ok();
@@ -159,9 +186,15 @@ fn simulated<'py, const N: usize>(
     Ok((record, raised))
 }
 
-fn ended<const N: usize>(run: &Run<N>) -> f64 {
-    match run.status {
-        Status::Finished | Status::Unresolved(_) => run.t.last().copied().unwrap_or(0.0),
+/// Time of the last row \[s\].
+fn end<const N: usize>(run: &Run<N>) -> f64 {
+    run.t.last().copied().unwrap_or(0.0)
+}
+
+/// When a run ended \[s\]: at its `end`, or before.
+pub(super) fn ended(status: Status, end: f64) -> f64 {
+    match status {
+        Status::Finished | Status::Unresolved(_) => end,
         Status::Interrupted { t } | Status::Diverged { t, .. } => t,
     }
 }
@@ -220,7 +253,7 @@ fn array(
 }
 
 /// Its kind, when it ended, and the reason.
-fn status(status: Status, ended: f64) -> (&'static str, f64, String) {
+pub(super) fn status(status: Status, ended: f64) -> (&'static str, f64, String) {
     let (kind, reason) = match status {
         Status::Finished => ("finished", String::new()),
         Status::Interrupted { .. } => ("interrupted", "it was stopped from the keyboard".into()),
@@ -244,6 +277,17 @@ fn figures<'py>(py: Python<'py>, certificate: &Certificate) -> PyResult<Bound<'p
     Ok(figures)
 }
 
+/// The window of metrics from its arguments.
+pub(super) fn window_of(window: Any<'_, '_>, band: Any<'_, '_>) -> PyResult<Window> {
+    let given = numbers(window, "window")?;
+    let [from, to] = given.values[..] else {
+        return Err(wrong_shape("window", &given.shape, "(from, to)"));
+    };
+    let band = scalar(band, "band")?;
+    positive("band", &[band])?;
+    Ok(Window { from, to, band })
+}
+
 /// Run `steadyarm.Run.metrics`: the figures of every joint.
 ///
 /// Without ``tau``, the arrays of its figures are empty.
@@ -256,12 +300,8 @@ pub(super) fn metrics<'py>(
     window: Any<'_, 'py>,
     band: Any<'_, 'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let numbers_of_window = numbers(window, "window")?;
-    let [from, to] = numbers_of_window.values[..] else {
-        return Err(wrong_shape("window", &numbers_of_window.shape, "(from, to)"));
-    };
-    let band = scalar(band, "band")?;
-    positive("band", &[band])?;
+    let window = window_of(window, band)?;
+    let Window { from, to, .. } = window;
     let t = numbers(t, "t")?.values;
     let (rows, joints, e) = matrix(e, "e", "(T, n)")?;
     if rows != t.len() {
@@ -272,7 +312,6 @@ pub(super) fn metrics<'py>(
     if recorded.is_none() || from > to || from.is_nan() || to.is_nan() {
         return Err(no_sample(from, to, &t));
     }
-    let window = Window { from, to, band };
     let column = |values: &[f64], n: usize| -> Vec<[f64; 1]> {
         values.chunks_exact(joints).map(|row| [row[n]]).collect()
     };

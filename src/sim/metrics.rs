@@ -1,7 +1,7 @@
 //! How good a run was: figures over a window of time.
 
 use crate::error::{Error, Result, length};
-use crate::math::sqrt;
+use crate::math::{Vector, sqrt};
 
 /// Figures of one joint over a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,42 +47,84 @@ pub fn metrics<const N: usize>(
     window: Window,
 ) -> Result<Metrics> {
     length("e", e.len(), t.len())?;
-    let first = t.partition_point(|&x| x < window.from);
-    let last = t.partition_point(|&x| x <= window.to);
-    if first >= last {
-        let wanted = "a window (from, to) with at least one recorded time";
-        return Err(Error::out_of_range("window", window.from, wanted));
+    let mut figures = Figures::<1>::over(window);
+    for (k, (t, e)) in t.iter().zip(e).enumerate() {
+        let torque = tau.get(k).map_or(f64::NAN, |tau| tau[n]);
+        figures.add(*t, &[e[n]].into(), &[torque].into());
     }
-    let mut figures = Metrics::default();
-    let mut outside = None;
-    for k in first..last {
-        let torque = |k: usize| tau.get(k).map_or(f64::NAN, |tau| tau[n]);
-        let (error, torque, next) = (e[k][n].abs(), torque(k), torque(k + 1));
-        figures.rms_e += error * error;
-        figures.max_abs_e = figures.max_abs_e.max(error);
-        figures.rms_tau += torque * torque;
-        figures.max_abs_tau = larger(figures.max_abs_tau, torque.abs());
-        if error > window.band {
-            outside = Some(k);
-        }
-        if k + 1 < last {
-            let dt = t[k + 1] - t[k];
-            let ramp = |k: usize| (t[k] - t[first]) * e[k][n].abs();
-            figures.itae += 0.5 * dt * (ramp(k) + ramp(k + 1));
-            figures.torque_variation += (next - torque).abs();
-        }
-    }
-    let count = (last - first) as f64;
-    figures.rms_e = sqrt(figures.rms_e / count);
-    figures.rms_tau = sqrt(figures.rms_tau / count);
-    let length = t[last - 1] - t[first];
-    figures.torque_variation = if length > 0.0 { figures.torque_variation / length } else { 0.0 };
-    figures.settling_time = match outside {
-        None => 0.0,
-        Some(k) if k + 1 < last => t[k + 1] - t[first],
-        Some(_) => f64::INFINITY,
-    };
+    let wanted = "a window (from, to) with at least one recorded time";
+    let [figures] = figures.finish().ok_or(Error::out_of_range("window", window.from, wanted))?;
     Ok(figures)
+}
+
+/// The figures of all joints, row by row: nothing of a row is kept but the last one.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Figures<const N: usize> {
+    window: Window,
+    rows: f64,
+    /// Times of the first row in the window and of the last one \[s\].
+    first: f64,
+    last: f64,
+    /// t |e| of the last row, t from the first, and its torque.
+    ramp: Vector<N>,
+    torque: Vector<N>,
+    /// Sums so far, in the fields of what they become. The settling time is the row after the last
+    /// one outside the band.
+    sums: [Metrics; N],
+}
+
+impl<const N: usize> Figures<N> {
+    /// Those of no row yet.
+    pub fn over(window: Window) -> Self {
+        let (zeros, sums) = (Vector::zeros(), [Metrics::default(); N]);
+        Self { window, rows: 0.0, first: 0.0, last: 0.0, ramp: zeros, torque: zeros, sums }
+    }
+
+    /// Adds a row at time `t` \[s\], later than those before, if it is in the window.
+    #[inline]
+    pub fn add(&mut self, t: f64, e: &Vector<N>, tau: &Vector<N>) {
+        if !(self.window.from <= t && t <= self.window.to) {
+            return;
+        }
+        let begun = self.rows > 0.0;
+        if !begun {
+            self.first = t;
+        }
+        let (since, dt) = (t - self.first, t - self.last);
+        for n in 0..N {
+            let (error, torque, sums) = (e[n].abs(), tau[n], &mut self.sums[n]);
+            let ramp = since * error;
+            if begun {
+                sums.itae += 0.5 * dt * (self.ramp[n] + ramp);
+                sums.torque_variation += (torque - self.torque[n]).abs();
+                // The row before was the last outside so far.
+                if sums.settling_time == f64::INFINITY {
+                    sums.settling_time = since;
+                }
+            }
+            sums.rms_e += error * error;
+            sums.max_abs_e = sums.max_abs_e.max(error);
+            sums.rms_tau += torque * torque;
+            sums.max_abs_tau = larger(sums.max_abs_tau, torque.abs());
+            if error > self.window.band {
+                sums.settling_time = f64::INFINITY;
+            }
+            (self.ramp[n], self.torque[n]) = (ramp, torque);
+        }
+        (self.last, self.rows) = (t, self.rows + 1.0);
+    }
+
+    /// The figures; `None` if no row was in the window.
+    pub fn finish(&self) -> Option<[Metrics; N]> {
+        let (count, length) = (self.rows, self.last - self.first);
+        let figures = self.sums.map(|sums| Metrics {
+            rms_e: sqrt(sums.rms_e / count),
+            rms_tau: sqrt(sums.rms_tau / count),
+            torque_variation: if length > 0.0 { sums.torque_variation / length } else { 0.0 },
+            ..sums
+        });
+        (count > 0.0).then_some(figures)
+    }
 }
 
 /// As `f64::max`, but NaN stays NaN.

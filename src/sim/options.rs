@@ -1,6 +1,7 @@
 //! How a run is made: length, step, method, sampling.
 
 use super::integrators::Tolerance;
+use super::metrics::Window;
 use crate::control::check_period;
 use crate::effects::Effects;
 use crate::error::{Error, Result, finite, positive, within};
@@ -24,7 +25,7 @@ pub enum Method {
 }
 
 /// Which signals enter the record.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Record {
     /// All of them.
     #[default]
@@ -33,6 +34,9 @@ pub enum Record {
     /// motion and the error afterwards. A row of an error-controlled run then needs only its dense
     /// output, and no evaluation of the loop.
     Motion,
+    /// None of them: only the [metrics](super::Run::metrics) of the run over this window. Nothing
+    /// grows with its length.
+    Metrics(Window),
 }
 
 /// Options of a simulation.
@@ -62,7 +66,11 @@ pub struct Options<const N: usize> {
 impl Record {
     /// Whether signals enter this record that enter those of `kind`.
     pub(super) fn takes(self, kind: Self) -> bool {
-        self == Self::All || kind == Self::Motion
+        match self {
+            Self::All => true,
+            Self::Motion => kind == Self::Motion,
+            Self::Metrics(_) => false,
+        }
     }
 }
 

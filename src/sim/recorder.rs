@@ -3,6 +3,7 @@
 use super::certificate::Certificate;
 use super::evaluation::Evaluation;
 use super::integrators::Motion;
+use super::metrics::Figures;
 use super::options::{MAX_RECORD_BYTES, Options, Record};
 use super::resolution::Resolution;
 use super::run::Run;
@@ -20,6 +21,8 @@ pub(super) struct Recorder<const N: usize> {
     run: Run<N>,
     /// A row of the compensator's own signals.
     own: Vec<f64>,
+    /// The figures so far, where they are all that is wanted.
+    figures: Option<Figures<N>>,
     certificate: Option<Certificate>,
     resolution: Resolution<N>,
     /// Number of the last row.
@@ -43,14 +46,18 @@ impl<const N: usize> Recorder<N> {
         let row_bytes = Run::<N>::row_bytes(options.record, own);
         let limit = MAX_RECORD_BYTES;
         let too_large = Error::record_too_large(every, (rows, row_bytes), limit);
-        if rows as u64 > limit / row_bytes as u64 {
+        if rows as u64 > limit / (row_bytes as u64).max(1) {
             return Err(too_large);
         }
         let run = Run::with_capacity(rows, options.record, own).map_err(|_| too_large)?;
         let (record, dt) = (options.record, options.dt);
+        let figures = match record {
+            Record::Metrics(window) => Some(Figures::over(window)),
+            Record::All | Record::Motion => None,
+        };
         let resolution = Resolution::new(dt);
         let own = vec![0.0; own.iter().map(|channel| channel.width.of(N)).sum()];
-        Ok(Self { run, own, certificate: None, resolution, steps, every, record, dt })
+        Ok(Self { run, own, figures, certificate: None, resolution, steps, every, record, dt })
     }
 
     /// Time of row k \[s\].
@@ -77,15 +84,15 @@ impl<const N: usize> Recorder<N> {
         }
     }
 
-    /// Whether a row is more than the motion.
+    /// Whether a row needs more than the motion.
     pub fn wants_all(&self) -> bool {
-        self.record == Record::All
+        self.record != Record::Motion
     }
 
     /// Whether all of row k enters the record.
     #[inline]
     pub fn takes(&self, k: usize) -> bool {
-        self.wants_all() && self.due(k)
+        self.record == Record::All && self.due(k)
     }
 
     /// Records row k, in which nothing was wrong, if it is due. `own` writes the row of the
@@ -107,6 +114,9 @@ impl<const N: usize> Recorder<N> {
     /// Adds the signals of a row that are to be recorded.
     #[inline]
     fn push(&mut self, at: &Evaluation<N>, own: impl FnOnce(&mut [f64])) {
+        if let Some(figures) = &mut self.figures {
+            return figures.add(at.t, &at.sample.e, &at.applied);
+        }
         self.run.push_motion(at.t, &at.sample.q, &at.sample.dq);
         if self.wants_all() {
             if !self.own.is_empty() {
@@ -158,6 +168,7 @@ impl<const N: usize> Recorder<N> {
             self.run.status = Status::Unresolved(doubt);
         }
         self.run.certificate = self.certificate;
+        self.run.metrics = self.figures.and_then(|figures| figures.finish());
         self.run
     }
 }

@@ -6,6 +6,7 @@ use std::collections::TryReserveError;
 use super::certificate::Certificate;
 use super::channels::{Cell, Column, record, room};
 use super::evaluation::Evaluation;
+use super::metrics::Metrics;
 use super::options::Record;
 use super::status::Status;
 use crate::control::{Audit, Channel, Sample};
@@ -59,6 +60,9 @@ record! {
         /// The dissipation identity; `None` in sampled control or without a compensator that has a
         /// proof.
         certificate: Option<Certificate> = None;
+        /// The figures of every joint, of a run of [`Record::Metrics`] that has rows in its window;
+        /// otherwise `None`.
+        metrics: Option<[Metrics; N]> = None;
     }
 }
 

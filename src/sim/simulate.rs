@@ -37,7 +37,7 @@ pub fn simulate<const N: usize, A, D, L, C, R, S>(
     state: &mut State<N, S>,
     reference: &R,
     options: &Options<N>,
-    monitor: impl FnMut(f64) -> ControlFlow<()>,
+    mut monitor: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Run<N>>
 where
     A: Arm<N>,
@@ -46,7 +46,7 @@ where
     C: Compensator<N, S>,
     R: Reference<N>,
 {
-    simulate_by((plant, controller, reference), state, None, options, monitor)
+    simulate_by((plant, controller, reference), state, None, options, &mut monitor)
 }
 
 /// The same of a loop whose sampled controller is guarded. The controller asks at the guard's
@@ -60,7 +60,7 @@ pub fn simulate_guarded<const N: usize, A, D, L, C, R, S>(
     state: &mut GuardState<N, S>,
     reference: &R,
     options: &Options<N>,
-    monitor: impl FnMut(f64) -> ControlFlow<()>,
+    mut monitor: impl FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Run<N>>
 where
     A: Arm<N>,
@@ -71,16 +71,16 @@ where
 {
     let GuardState { controller: state, guard: memory } = state;
     let guarding = Some((guard.parameters(), memory));
-    simulate_by((plant, &guard.controller, reference), state, guarding, options, monitor)
+    simulate_by((plant, &guard.controller, reference), state, guarding, options, &mut monitor)
 }
 
-/// Either of them.
+/// Either of them. The monitor is behind a pointer: the loops are compiled once, whoever watches.
 pub(crate) fn simulate_by<const N: usize, A, D, L, C, R, S>(
     (plant, controller, reference): (&Plant<N, A, D>, &Controller<N, L, C>, &R),
     state: &mut State<N, S>,
     guarding: Guarding<'_, N>,
     options: &Options<N>,
-    monitor: impl FnMut(f64) -> ControlFlow<()>,
+    monitor: &mut dyn FnMut(f64) -> ControlFlow<()>,
 ) -> Result<Run<N>>
 where
     A: Arm<N>,

@@ -1,0 +1,292 @@
+//! Many runs in one call: their metrics, without the GIL.
+
+use core::ops::{ControlFlow, Range};
+
+use pyo3::exceptions::PyKeyboardInterrupt;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use super::any_arm::AnyArm;
+use super::any_law::AnyLaw;
+use super::compensator::{AnyCompensator, Memory};
+use super::controller::PyController;
+use super::convert::{Any, Array, Given, count, matrix, object, wrong_shape};
+use super::dispatch::{each, of_joints, same_joints};
+use super::effects::PyEffects;
+use super::plant::{Plant, Plants, PyPlant};
+use super::simulate::{Numerics, ended, status, window_of};
+use super::sources::Source;
+use super::tracked::{Tracker, Trackers};
+use crate::effects::Effects;
+use crate::error::length;
+use crate::sim::{self, Metrics, Options, Record, Run, Window};
+
+/// Runs that are made ready at a time: what that takes of memory does not grow with their number.
+const READY: usize = 4096;
+
+/// A run of the core.
+type Case<'a, const N: usize> = sim::Case<
+    'a,
+    N,
+    AnyArm<N>,
+    Option<Source<N>>,
+    AnyLaw<N>,
+    AnyCompensator<N>,
+    Source<N>,
+    Memory<N>,
+>;
+
+/// The objects of all runs: lists of one entry for all, or of one a run.
+#[derive(Clone, Copy)]
+struct Lists<'a, 'py> {
+    plants: &'a Bound<'py, PyList>,
+    trackers: &'a Bound<'py, PyList>,
+    references: &'a Bound<'py, PyList>,
+    effects: &'a Bound<'py, PyList>,
+}
+
+/// The numbers that a run starts with.
+struct Starts {
+    seeds: Option<Vec<u64>>,
+    /// Rows, flat; none for a start at rest at zero.
+    q0: Vec<f64>,
+    dq0: Vec<f64>,
+}
+
+/// Run `steadyarm.simulate_many` where only metrics are wanted, and nothing calls Python.
+///
+/// Lists have one entry for all runs, or one a run; ``q0`` and ``dq0`` are None or (M, n). Returns
+/// the figures, (M, n) each, and the status of each run: its kind, when it ended, and the reason;
+/// None for a run that was not begun. ``progress`` is called with the number of runs that ended.
+#[pyfunction]
+#[pyo3(signature = (runs, plants, trackers, references, effects, seeds, q0, dq0, duration, dt,
+    method, control_period, rtol, atol, record_every, window, band, threads, progress))]
+#[expect(clippy::too_many_arguments, reason = "called by keyword from one Python function")]
+pub(super) fn simulate_many<'py>(
+    py: Python<'py>,
+    runs: usize,
+    plants: &Bound<'py, PyList>,
+    trackers: &Bound<'py, PyList>,
+    references: &Bound<'py, PyList>,
+    effects: &Bound<'py, PyList>,
+    seeds: Option<Vec<u64>>,
+    q0: Given<'_, 'py>,
+    dq0: Given<'_, 'py>,
+    duration: Any<'_, 'py>,
+    dt: Any<'_, 'py>,
+    method: Any<'_, 'py>,
+    control_period: Given<'_, 'py>,
+    rtol: Any<'_, 'py>,
+    atol: Any<'_, 'py>,
+    record_every: Any<'_, 'py>,
+    window: Any<'_, 'py>,
+    band: Any<'_, 'py>,
+    threads: usize,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<(Bound<'py, PyDict>, Vec<Option<Ended>>)> {
+    let numerics = Numerics::of(duration, dt, method, control_period, [rtol, atol])?;
+    let record_every = count(record_every, "record_every", 1)?;
+    let window = window_of(window, band)?;
+    if let Some(seeds) = &seeds {
+        length("seeds", seeds.len(), runs)?;
+    }
+    let first = trackers.get_item(0)?;
+    let first = free(&first)?;
+    let joints = first.trackers.joints();
+    let (q0, dq0) = (rows(q0, "q0", [runs, joints])?, rows(dq0, "dq0", [runs, joints])?);
+    let lists = Lists { plants, trackers, references, effects };
+    let starts = Starts { seeds, q0, dq0 };
+    let mut done = Done::new(runs, joints, progress);
+    each!(&first.trackers, Trackers, it => {
+        several(py, it, (lists, &starts), numerics, (record_every, window), threads, &mut done)
+    })?;
+    Ok((done.figures(py)?, done.ended))
+}
+
+/// The numbers of M rows, flat.
+fn rows(value: Given<'_, '_>, name: &str, [runs, joints]: [usize; 2]) -> PyResult<Vec<f64>> {
+    let Some(value) = value else { return Ok(Vec::new()) };
+    let (got, columns, values) = matrix(value, name, "(M, n)")?;
+    if [got, columns] != [runs, joints] {
+        return Err(wrong_shape(name, &[got, columns], &format!("({runs}, {joints})")));
+    }
+    Ok(values)
+}
+
+/// A tracker, unless it is in the middle of a step.
+fn free<'py>(tracker: &Bound<'py, PyAny>) -> PyResult<PyRef<'py, PyController>> {
+    Ok(object::<PyController>(tracker, "tracker", "a Controller")?.try_borrow()?)
+}
+
+/// The part of [`simulate_many`] that knows the joint count, told by the first tracker.
+fn several<const N: usize>(
+    py: Python<'_>,
+    _: &Tracker<N>,
+    (lists, starts): (Lists<'_, '_>, &Starts),
+    numerics: Numerics,
+    (record_every, window): (usize, Window),
+    threads: usize,
+    done: &mut Done,
+) -> PyResult<()> {
+    let rest = ([0.0; N], [0.0; N], Effects::default());
+    let record = Record::Metrics(window);
+    let options = Options { record_every, record, ..numerics.options(rest) };
+    let runs = done.ended.len();
+    for first in (0..runs).step_by(READY) {
+        let range = first..runs.min(first + READY);
+        let ready = Ready::<N>::of(lists, &range)?;
+        let mut raised = None;
+        let ended = py.detach(|| {
+            let all: Option<Vec<_>> =
+                range.map(|run| ready.case(starts, run - first, run)).collect();
+            sim::simulate_many(&all.unwrap_or_default(), &options, threads, |count| {
+                raised = done.look(first + count).err();
+                if raised.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            })
+        });
+        for (run, ended) in (first..).zip(ended) {
+            if let Some(ended) = ended {
+                done.add(run, &ended?, options.duration);
+            }
+        }
+        match raised {
+            Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => return Ok(()),
+            Some(error) => return Err(error),
+            None => {}
+        }
+    }
+    Ok(())
+}
+
+/// Some of the runs, made ready. What is the same for all of them is here once.
+struct Ready<const N: usize> {
+    plants: Vec<Py<PyPlant>>,
+    trackers: Vec<Tracker<N>>,
+    references: Vec<Source<N>>,
+    effects: Vec<Effects<N>>,
+}
+
+impl<const N: usize> Ready<N> {
+    fn of(lists: Lists<'_, '_>, range: &Range<usize>) -> PyResult<Self> {
+        let plants = each_of(lists.plants, range, |plant| {
+            let plant = object::<PyPlant>(&plant, "plant", "a Plant")?;
+            same_joints("plant", plant.get().plants.joints(), N)?;
+            Ok(plant.clone().unbind())
+        })?;
+        let trackers = each_of(lists.trackers, range, |tracker| {
+            let tracker = free(&tracker)?;
+            let own = each!(&tracker.trackers, Trackers, it => of_joints::<Tracker<N>>(&**it));
+            same_joints("tracker", tracker.trackers.joints(), N)?;
+            Ok(own.cloned())
+        })?;
+        let source = |it: Bound<'_, PyAny>| Source::reference(&it, "reference");
+        let references = each_of(lists.references, range, source)?;
+        let effects = each_of(lists.effects, range, |it| {
+            PyEffects::of(Some(&it).filter(|it| !it.is_none()))
+        })?;
+        Ok(Self { plants, trackers: trackers.into_iter().flatten().collect(), references, effects })
+    }
+
+    /// Run `run`, which is at this place among those that are ready.
+    fn case<'a>(&'a self, starts: &Starts, place: usize, run: usize) -> Option<Case<'a, N>> {
+        let plants = &pick(&self.plants, place).get().plants;
+        let tracker = pick(&self.trackers, place);
+        let mut effects = *pick(&self.effects, place);
+        if let Some(seeds) = &starts.seeds {
+            effects.seed = seeds[run];
+        }
+        let start = |rows: &[f64]| {
+            let row = rows.as_chunks::<N>().0.get(run);
+            row.copied().unwrap_or([0.0; N])
+        };
+        Some(Case {
+            plant: each!(plants, Plants, plant => of_joints::<Plant<N>>(&**plant))?,
+            controller: &tracker.controller,
+            state: &tracker.state,
+            reference: pick(&self.references, place),
+            q0: start(&starts.q0),
+            dq0: start(&starts.dq0),
+            effects,
+        })
+    }
+}
+
+/// What is made of the one entry of a list, or of those of these runs.
+fn each_of<'py, T>(
+    list: &Bound<'py, PyList>,
+    range: &Range<usize>,
+    make: impl Fn(Bound<'py, PyAny>) -> PyResult<T>,
+) -> PyResult<Vec<T>> {
+    let range = if list.len() == 1 { 0..1 } else { range.clone() };
+    range.map(|run| make(list.get_item(run)?)).collect()
+}
+
+/// The one entry, or that at a place.
+fn pick<T>(all: &[T], place: usize) -> &T {
+    if let [one] = all { one } else { &all[place] }
+}
+
+/// The kind of a status, when it came \[s\], and the reason.
+type Ended = (&'static str, f64, String);
+
+/// What there is of the runs.
+struct Done {
+    joints: usize,
+    metrics: Vec<Metrics>,
+    ended: Vec<Option<Ended>>,
+    progress: Option<Py<PyAny>>,
+}
+
+impl Done {
+    fn new(runs: usize, joints: usize, progress: Option<Py<PyAny>>) -> Self {
+        Self { joints, metrics: vec![NONE; runs * joints], ended: vec![None; runs], progress }
+    }
+
+    /// Shows progress, and looks for Ctrl-C.
+    fn look(&self, ended: usize) -> PyResult<()> {
+        Python::attach(|py| {
+            self.progress.as_ref().map(|progress| progress.call1(py, (ended,))).transpose()?;
+            py.check_signals()
+        })
+    }
+
+    fn add<const N: usize>(&mut self, index: usize, run: &Run<N>, duration: f64) {
+        self.ended[index] = Some(status(run.status, ended(run.status, duration)));
+        if let Some(metrics) = run.metrics {
+            self.metrics[index * N..(index + 1) * N].copy_from_slice(&metrics);
+        }
+    }
+
+    /// The figures by name, (M, n) each.
+    fn figures<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for (name, of) in FIGURES {
+            let values = self.metrics.iter().map(of).collect();
+            dict.set_item(name, Array::rows(values, self.joints))?;
+        }
+        Ok(dict)
+    }
+}
+
+/// Those of a run that has none.
+const NONE: Metrics = Metrics {
+    rms_e: f64::NAN,
+    max_abs_e: f64::NAN,
+    itae: f64::NAN,
+    settling_time: f64::NAN,
+    rms_tau: f64::NAN,
+    max_abs_tau: f64::NAN,
+    torque_variation: f64::NAN,
+};
+
+type Figure = (&'static str, fn(&Metrics) -> f64);
+
+const FIGURES: [Figure; 7] = [
+    ("rms_e", |m| m.rms_e),
+    ("max_abs_e", |m| m.max_abs_e),
+    ("itae", |m| m.itae),
+    ("settling_time", |m| m.settling_time),
+    ("rms_tau", |m| m.rms_tau),
+    ("max_abs_tau", |m| m.max_abs_tau),
+    ("torque_variation", |m| m.torque_variation),
+];

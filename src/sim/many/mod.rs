@@ -1,0 +1,145 @@
+//! Many runs, on as many threads as there are cores to spare.
+//!
+//! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. Memory for a
+//! run is taken once a thread.
+
+use core::ops::ControlFlow;
+use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::scope;
+use std::time::Duration;
+
+use super::options::Options;
+use super::run::Run;
+use super::simulate::simulate;
+use crate::arm::Arm;
+use crate::control::{Compensator, Controller, Law, State};
+use crate::effects::Effects;
+use crate::error::Result;
+use crate::plant::{Disturbance, Plant};
+use crate::reference::Reference;
+
+/// `watch` is called this often.
+const WATCH_EVERY: Duration = Duration::from_millis(20);
+
+/// Runs that a thread takes at a time.
+const BATCH: usize = 8;
+
+/// What is other from one of many runs to the next.
+#[derive(Debug)]
+pub struct Case<'a, const N: usize, A, D, L, C, R, S> {
+    /// What is really there.
+    pub plant: &'a Plant<N, A, D>,
+    /// The controller.
+    pub controller: &'a Controller<N, L, C>,
+    /// The controller's state at the start of the run.
+    pub state: &'a State<N, S>,
+    /// The motion that is wanted.
+    pub reference: &'a R,
+    /// Initial position \[rad\].
+    pub q0: [f64; N],
+    /// Initial velocity [rad/s].
+    pub dq0: [f64; N],
+    /// What stands between controller and arm.
+    pub effects: Effects<N>,
+}
+
+/// Simulates every case with these options, but for its own start and effects; on so many threads.
+///
+/// `watch` is told every 20 ms, in the calling thread, how many runs have ended, and may break all
+/// off: those that are under way end as interrupted, and those that were not begun are `None`.
+/// A run that diverges, or is refused, ends alone.
+pub fn simulate_many<const N: usize, A, D, L, C, R, S>(
+    cases: &[Case<'_, N, A, D, L, C, R, S>],
+    options: &Options<N>,
+    threads: usize,
+    mut watch: impl FnMut(usize) -> ControlFlow<()>,
+) -> Vec<Option<Result<Run<N>>>>
+where
+    A: Arm<N> + Sync,
+    D: Disturbance<N> + Sync,
+    L: Law<N> + Sync,
+    C: Compensator<N, S> + Sync,
+    R: Reference<N> + Sync,
+    S: Clone + Sync,
+{
+    let mut ended: Vec<_> = cases.iter().map(|_| None).collect();
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (send, receive) = channel();
+    scope(|threads_of| {
+        for _ in 0..threads.clamp(1, cases.len().div_ceil(BATCH).max(1)) {
+            let (send, next, stop) = (send.clone(), &next, &stop);
+            threads_of.spawn(move || work(cases, options, next, stop, &send));
+        }
+        drop(send);
+        let mut count = 0;
+        loop {
+            match receive.recv_timeout(WATCH_EVERY) {
+                Ok((index, run)) => {
+                    ended[index] = Some(run);
+                    count += 1;
+                    continue;
+                }
+                Err(RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+            if watch(count).is_break() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    ended
+}
+
+/// What a thread does: batch after batch, until there are none.
+fn work<const N: usize, A, D, L, C, R, S>(
+    cases: &[Case<'_, N, A, D, L, C, R, S>],
+    options: &Options<N>,
+    next: &AtomicUsize,
+    stop: &AtomicBool,
+    send: &Sender<(usize, Result<Run<N>>)>,
+) where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+    S: Clone,
+{
+    while !stop.load(Ordering::Relaxed) {
+        let first = next.fetch_add(BATCH, Ordering::Relaxed);
+        let Some(rest) = cases.get(first..).filter(|rest| !rest.is_empty()) else { return };
+        for (index, case) in (first..).zip(rest.iter().take(BATCH)) {
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            // Nobody listens any more where the caller panicked.
+            _ = send.send((index, alone(case, options, stop)));
+        }
+    }
+}
+
+/// One of the runs.
+fn alone<const N: usize, A, D, L, C, R, S>(
+    case: &Case<'_, N, A, D, L, C, R, S>,
+    options: &Options<N>,
+    stop: &AtomicBool,
+) -> Result<Run<N>>
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+    S: Clone,
+{
+    let Case { plant, controller, state, reference, q0, dq0, effects } = *case;
+    let options = Options { q0, dq0, effects, ..*options };
+    simulate(plant, controller, &mut state.clone(), reference, &options, |_| {
+        if stop.load(Ordering::Relaxed) {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    })
+}
