@@ -5,25 +5,26 @@
 //! from the tip to the base.
 //! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.4.
 
-use crate::math::{Matrix, Vector};
+use crate::math::{Matrix, Real, Vector};
 
 /// The factors of a symmetric matrix; all solutions are NaN if it is not positive definite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Factor<const N: usize> {
+pub(crate) struct Factor<const N: usize, T = f64> {
     /// Row k of L below the diagonal.
-    rows: [[f64; N]; N],
-    inverse_d: [f64; N],
+    rows: [[T; N]; N],
+    inverse_d: [T; N],
 }
 
-impl<const N: usize> Factor<N> {
+impl<const N: usize, T: Real> Factor<N, T> {
     /// The factors of `mass`.
     #[inline(always)]
-    pub fn of(mass: &Matrix<N>) -> Self {
+    pub fn of(mass: &Matrix<N, T>) -> Self {
         // Row k of M is column k; L replaces it below the diagonal.
-        let mut rows: [[f64; N]; N] = mass.data.0;
-        let mut inverse_d = [0.0; N];
+        let mut rows: [[T; N]; N] = mass.data.0;
+        let mut inverse_d = rows[0];
         for k in (0..N).rev() {
-            inverse_d[k] = if rows[k][k] > 0.0 { 1.0 / rows[k][k] } else { f64::NAN };
+            let d = rows[k][k];
+            inverse_d[k] = d.like(0.0).if_less(d, d.like(1.0) / d, d.like(f64::NAN));
             let row = rows[k];
             for i in 0..k {
                 let share = row[i] * inverse_d[k];
@@ -38,9 +39,9 @@ impl<const N: usize> Factor<N> {
 
     /// M⁻¹ x.
     #[inline(always)]
-    pub fn solve(&self, x: &Vector<N>) -> Vector<N> {
+    pub fn solve(&self, x: &Vector<N, T>) -> Vector<N, T> {
         let Self { rows, inverse_d } = self;
-        let mut x: [f64; N] = x.data.0[0];
+        let mut x: [T; N] = x.data.0[0];
         for k in (0..N).rev() {
             for i in 0..k {
                 x[i] -= rows[k][i] * x[k];
@@ -53,9 +54,11 @@ impl<const N: usize> Factor<N> {
             }
             x[k] = sum;
         }
-        Vector::<N>::from(x)
+        Vector::<N, T>::from(x)
     }
+}
 
+impl<const N: usize> Factor<N> {
     /// A direction x with xᵀ `mass` x ≤ 0 and xₖ = 1 for one k; `None` where `mass` is positive
     /// definite. Dₖ is the first that is not > 0, and Lx = eₖ, so that it is xᵀ `mass` x.
     pub fn indefinite(mass: &Matrix<N>) -> Option<Vector<N>> {

@@ -13,7 +13,7 @@ use nalgebra::SMatrix;
 
 use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
 use crate::error::{Result, finite, positive, within};
-use crate::math::{Matrix, Vector, sin_cos};
+use crate::math::{Matrix, Real, Vector, sin_cos};
 
 /// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without
 /// friction.
@@ -43,18 +43,24 @@ impl Default for TwoLinkParameters {
     }
 }
 
+/// The numbers of the closed form, of one arm or of several side by side.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Planar<T = f64> {
+    /// θ₁, θ₂, θ₃ [kg·m²].
+    pub theta: [T; 3],
+    /// det M where sin q₂ = 0 [kg²·m⁴].
+    pub det_0: T,
+    /// Gravity torques of the first link with the second one's mass at its tip, and of the second
+    /// link [N·m].
+    pub weight: [T; 2],
+    pub has_gravity: bool,
+}
+
 /// The planar two-link arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLink {
     parameters: TwoLinkParameters,
-    /// θ₁, θ₂, θ₃ [kg·m²].
-    theta: [f64; 3],
-    /// det M where sin q₂ = 0 [kg²·m⁴].
-    det_0: f64,
-    /// Gravity torques of the first link with the second one's mass at its tip, and of the second
-    /// link [N·m].
-    weight: [f64; 2],
-    has_gravity: bool,
+    pub(super) planar: Planar,
     has_friction: bool,
     /// Whether the friction of a joint is dry.
     sticks: bool,
@@ -92,12 +98,10 @@ impl TwoLink {
             [(mass[0] / 2.0 + mass[1]) * length[0] * gravity, mass[1] * length[1] / 2.0 * gravity];
         finite("gravity_torque", &weight)?;
 
+        let theta = [theta_1, theta_2, theta_3];
         Ok(Self {
             parameters,
-            theta: [theta_1, theta_2, theta_3],
-            det_0,
-            weight,
-            has_gravity: gravity != 0.0,
+            planar: Planar { theta, det_0, weight, has_gravity: gravity != 0.0 },
             has_friction: !friction.is_none(),
             sticks: (0..2).any(|joint| friction.joint(joint).hold().is_some()),
         })
@@ -126,13 +130,13 @@ impl TwoLink {
 
     /// θ₁, θ₂, θ₃ [kg·m²].
     pub fn theta(&self) -> [f64; 3] {
-        self.theta
+        self.planar.theta
     }
 
     /// Gravity torques [N·m]: of the first link with the second one's mass at its tip, and of the
     /// second link.
     pub fn weight(&self) -> [f64; 2] {
-        self.weight
+        self.planar.weight
     }
 
     /// Poses of the joints' frames in the base: x along the link, z along the joints' axes.
@@ -147,76 +151,94 @@ impl TwoLink {
         Pose { translation: ahead(&elbow, self.parameters.length[1]), ..elbow }
     }
 
-    /// M from cos q₂.
-    #[inline(always)]
-    fn mass(&self, cos_2: f64) -> Matrix<2> {
-        let [theta_1, theta_2, theta_3] = self.theta;
-        let coupling = theta_2 * cos_2;
-        let m12 = theta_3 + coupling;
-        Matrix::<2>::new(theta_1 + theta_3 + 2.0 * coupling, m12, m12, theta_3)
-    }
-
     /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<2>) -> f64 {
-        self.weight[0] * sin_cos(q[0]).0 + self.weight[1] * sin_cos(q[0] + q[1]).0
+        let [inner, outer] = self.weight();
+        inner * sin_cos(q[0]).0 + outer * sin_cos(q[0] + q[1]).0
     }
 
     /// H from q₁, sin q₂, cos q₂.
     #[inline(always)]
     fn bias_at(&self, q1: f64, trig: (f64, f64), dq: &Vector<2>) -> Vector<2> {
-        let mut bias = self.rigid_at(q1, trig, dq);
+        let mut bias = self.planar.rigid_at(q1, trig, dq);
         if self.has_friction {
             bias += self.parameters.friction.torque(dq);
         }
         bias
     }
+}
+
+impl<T: Real> Planar<T> {
+    /// M from cos q₂.
+    #[inline(always)]
+    pub fn mass(&self, cos_2: T) -> Matrix<2, T> {
+        let [theta_1, theta_2, theta_3] = self.theta;
+        let coupling = theta_2 * cos_2;
+        let m12 = theta_3 + coupling;
+        let m11 = theta_1 + theta_3 + coupling.like(2.0) * coupling;
+        Matrix::<2, T>::new(m11, m12, m12, theta_3)
+    }
 
     /// C q̇ + G from q₁, sin q₂, cos q₂.
     #[inline(always)]
-    fn rigid_at(&self, q1: f64, (sin_2, cos_2): (f64, f64), dq: &Vector<2>) -> Vector<2> {
+    pub fn rigid_at(&self, q1: T, (sin_2, cos_2): (T, T), dq: &Vector<2, T>) -> Vector<2, T> {
         // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
         let h = self.theta[1] * sin_2;
-        let mut bias =
-            Vector::<2>::new(-h * (2.0 * dq[0] * dq[1] + dq[1] * dq[1]), h * (dq[0] * dq[0]));
+        let mixed = h.like(2.0) * dq[0] * dq[1] + dq[1] * dq[1];
+        let mut bias = Vector::<2, T>::new(-h * mixed, h * (dq[0] * dq[0]));
         if self.has_gravity {
-            bias += self.gravity_at(q1, (sin_2, cos_2));
+            let gravity = self.gravity_at(q1, (sin_2, cos_2));
+            bias[0] += gravity[0];
+            bias[1] += gravity[1];
         }
         bias
     }
 
     /// G from q₁, sin q₂, cos q₂, with cos(q₁ + q₂) by the addition theorem.
     #[inline]
-    fn gravity_at(&self, q1: f64, (sin_2, cos_2): (f64, f64)) -> Vector<2> {
-        let (sin_1, cos_1) = sin_cos(q1);
+    fn gravity_at(&self, q1: T, (sin_2, cos_2): (T, T)) -> Vector<2, T> {
+        let (sin_1, cos_1) = q1.sin_cos();
         let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
-        Vector::<2>::new(self.weight[0] * cos_1 + outer, outer)
+        Vector::<2, T>::new(self.weight[0] * cos_1 + outer, outer)
+    }
+
+    /// M⁻¹ x with the determinant of [`TwoLink::new`], which cannot cancel.
+    #[inline(always)]
+    pub fn solve(&self, trig: (T, T), x: [T; 2]) -> Vector<2, T> {
+        let mass = self.mass(trig.1);
+        let off_axis = self.theta[1] * trig.0;
+        let inverse_det = off_axis.like(1.0) / (self.det_0 + off_axis * off_axis);
+        Vector::<2, T>::new(
+            (mass[(1, 1)] * x[0] - mass[(0, 1)] * x[1]) * inverse_det,
+            (mass[(0, 0)] * x[1] - mass[(0, 1)] * x[0]) * inverse_det,
+        )
     }
 }
 
 impl Arm<2> for TwoLink {
     #[inline]
     fn mass_matrix(&self, q: &Vector<2>) -> Matrix<2> {
-        self.mass(sin_cos(q[1]).1)
+        self.planar.mass(sin_cos(q[1]).1)
     }
 
     #[inline]
     fn rigid_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
-        self.rigid_at(q[0], sin_cos(q[1]), dq)
+        self.planar.rigid_at(q[0], sin_cos(q[1]), dq)
     }
 
     #[inline]
     fn coriolis(&self, q: &Vector<2>, dq: &Vector<2>) -> Matrix<2> {
         // c = −θ₂ sin q₂,  C = [c q̇₂, c (q̇₁ + q̇₂); −c q̇₁, 0]
-        let c = -self.theta[1] * sin_cos(q[1]).0;
+        let c = -self.planar.theta[1] * sin_cos(q[1]).0;
         Matrix::<2>::new(c * dq[1], c * (dq[0] + dq[1]), -c * dq[0], 0.0)
     }
 
     #[inline]
     fn gravity(&self, q: &Vector<2>) -> Vector<2> {
-        if !self.has_gravity {
+        if !self.planar.has_gravity {
             return Vector::<2>::zeros();
         }
-        self.gravity_at(q[0], sin_cos(q[1]))
+        self.planar.gravity_at(q[0], sin_cos(q[1]))
     }
 
     fn joint_friction(&self, joint: usize) -> JointFriction {
@@ -233,9 +255,9 @@ impl Arm<2> for TwoLink {
         choose: &mut dyn FnMut(&Matrix<2>) -> Vector<2>,
     ) -> (Matrix<2>, Vector<2>, Vector<2>) {
         let trig = sin_cos(q[1]);
-        let mass = self.mass(trig.1);
+        let mass = self.planar.mass(trig.1);
         let dq = choose(&mass);
-        (mass, dq, self.rigid_at(q[0], trig, &dq))
+        (mass, dq, self.planar.rigid_at(q[0], trig, &dq))
     }
 
     #[inline]
@@ -246,24 +268,18 @@ impl Arm<2> for TwoLink {
     #[inline(always)]
     fn mass_matrix_and_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> (Matrix<2>, Vector<2>) {
         let trig = sin_cos(q[1]);
-        (self.mass(trig.1), self.bias_at(q[0], trig, dq))
+        (self.planar.mass(trig.1), self.bias_at(q[0], trig, dq))
     }
 
-    /// q̈ = M⁻¹(τ − H) with the determinant of [`TwoLink::new`], which cannot cancel.
+    /// q̈ = M⁻¹(τ − H).
     #[inline(always)]
     fn forward_dynamics(&self, q: &Vector<2>, dq: &Vector<2>, tau: &Vector<2>) -> Vector<2> {
         if self.sticks {
             return Posed::of(self, q, dq).acceleration(self, (q, dq), tau);
         }
         let trig = sin_cos(q[1]);
-        let mass = self.mass(trig.1);
         let net = tau - self.bias_at(q[0], trig, dq);
-        let off_axis = self.theta[1] * trig.0;
-        let inverse_det = 1.0 / (self.det_0 + off_axis * off_axis);
-        Vector::<2>::new(
-            (mass[(1, 1)] * net[0] - mass[(0, 1)] * net[1]) * inverse_det,
-            (mass[(0, 0)] * net[1] - mass[(0, 1)] * net[0]) * inverse_det,
-        )
+        self.planar.solve(trig, net.into())
     }
 }
 

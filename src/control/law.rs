@@ -55,15 +55,15 @@ pub trait Law<const N: usize> {
 
 /// What a law asks for: the torque in its parts, before any limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Demand<const N: usize> {
+pub struct Demand<const N: usize, T = f64> {
     /// What feedback and nominal model ask for [N·m].
-    pub model: Vector<N>,
+    pub model: Vector<N, T>,
     /// What is added for ρ̂, zero for ρ̂ = 0 [N·m].
-    pub compensation: Vector<N>,
+    pub compensation: Vector<N, T>,
     /// v [rad/s²]: the acceleration under `model` if the arm is as the law's model says. For a law
     /// without a model, v is the acceleration that it aims at. What the model leaves out is ρ = q̈
     /// − v + ρ̂.
-    pub v: Vector<N>,
+    pub v: Vector<N, T>,
 }
 
 /// The torque that acted at a stage, and the one that the law asked for.

@@ -6,17 +6,17 @@ use crate::reference::Setpoint;
 
 /// What a controller sees at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample<const N: usize> {
+pub struct Sample<const N: usize, T = f64> {
     /// Measured position q \[rad\].
-    pub q: Vector<N>,
+    pub q: Vector<N, T>,
     /// Measured velocity q̇ [rad/s].
-    pub dq: Vector<N>,
+    pub dq: Vector<N, T>,
     /// Where the arm should be.
-    pub desired: Setpoint<N>,
+    pub desired: Setpoint<N, T>,
     /// Tracking error e = q − q_d \[rad\], in [−π, π) for a joint that turns without an end.
-    pub e: Vector<N>,
+    pub e: Vector<N, T>,
     /// ė = q̇ − q̇_d [rad/s].
-    pub de: Vector<N>,
+    pub de: Vector<N, T>,
 }
 
 impl<const N: usize> Sample<N> {

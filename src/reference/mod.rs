@@ -18,13 +18,13 @@ use crate::math::Vector;
 
 /// Desired position \[rad\], velocity [rad/s] and acceleration [rad/s²] at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Setpoint<const N: usize> {
+pub struct Setpoint<const N: usize, T = f64> {
     /// q_d \[rad\].
-    pub q: Vector<N>,
+    pub q: Vector<N, T>,
     /// q̇_d [rad/s].
-    pub dq: Vector<N>,
+    pub dq: Vector<N, T>,
     /// q̈_d [rad/s²].
-    pub ddq: Vector<N>,
+    pub ddq: Vector<N, T>,
 }
 
 impl<const N: usize> Setpoint<N> {

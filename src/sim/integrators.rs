@@ -7,11 +7,11 @@ use crate::math::{Vector, sqrt};
 
 /// Position and velocity at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Motion<const N: usize> {
+pub struct Motion<const N: usize, T = f64> {
     /// q \[rad\].
-    pub q: Vector<N>,
+    pub q: Vector<N, T>,
     /// q̇ [rad/s].
-    pub dq: Vector<N>,
+    pub dq: Vector<N, T>,
 }
 
 /// An explicit Runge-Kutta method of `S` stages.

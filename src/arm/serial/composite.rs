@@ -9,7 +9,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::inverse::Wrench;
 use super::joint::{Chain, Mass};
 use super::space::{Turn, V3};
-use crate::math::{LANES, Line, Matrix};
+use crate::math::{Abreast, LANES, Line, Matrix, Real};
 
 /// Line k has a one in lane k.
 static ONES: [Line; LANES] = {
@@ -24,12 +24,12 @@ static ONES: [Line; LANES] = {
 
 /// What accelerates `body` along the axis of its joint by 1.
 #[inline(always)]
-fn unit_wrench(body: &Mass, revolute: bool) -> Wrench {
-    let (h, k) = (body.h, &body.sigma);
+fn unit_wrench<T: Real>(body: &Mass<T>, revolute: bool) -> Wrench<T> {
+    let (h, k, zero) = (body.h, &body.sigma, body.m.like(0.0));
     if revolute {
-        Wrench { f: V3::new(-h.y, h.x, 0.0), n: V3::new(-k.xz, -k.yz, k.xx + k.yy) }
+        Wrench { f: V3::new(-h.y, h.x, zero), n: V3::new(-k.xz, -k.yz, k.xx + k.yy) }
     } else {
-        Wrench { f: V3::new(0.0, 0.0, body.m), n: V3::new(h.y, -h.x, 0.0) }
+        Wrench { f: V3::new(zero, zero, body.m), n: V3::new(h.y, -h.x, zero) }
     }
 }
 
@@ -142,6 +142,33 @@ impl<const N: usize> Chain<N> {
                     m[(j, i)] = m[(i, j)];
                 }
                 m[(j, j)] += self.joints[j].armature;
+            }
+        }
+        m
+    }
+}
+
+impl<const N: usize> Chain<N, Abreast> {
+    /// The same of arms side by side, where a lane is an arm and no column.
+    #[inline(always)]
+    pub fn mass_matrices(&self, turns: &[Turn<Abreast>; N]) -> Matrix<N, Abreast> {
+        let zero = V3::zero_like(self.gravity.x);
+        let mut m = Matrix::<N, Abreast>::repeat(zero.x);
+        let mut columns = [Wrench { f: zero, n: zero }; N];
+        let mut body = self.joints[N - 1].mass;
+        for i in (0..N).rev() {
+            let joint = &self.joints[i];
+            columns[i] = unit_wrench(&body, joint.revolute);
+            for j in i..N {
+                let axis = if joint.revolute { columns[j].n.z } else { columns[j].f.z };
+                (m[(i, j)], m[(j, i)]) = (axis, axis);
+                if i > 0 {
+                    columns[j] = columns[j].inward(&turns[i]);
+                }
+            }
+            m[(i, i)] += joint.armature;
+            if i > 0 {
+                body = self.joints[i - 1].mass.plus(&body.inward(&turns[i]));
             }
         }
         m

@@ -15,41 +15,42 @@
 
 use super::joint::{Chain, Joint};
 use super::space::{Turn, V3};
-use crate::math::{Matrix, Vector};
+use crate::math::{Matrix, Real, Vector};
 
 /// S: the acceleration of the link's points is a + S r.
-pub(super) struct Spread {
-    xx: f64,
-    xy: f64,
-    xz: f64,
-    yx: f64,
-    yy: f64,
-    yz: f64,
-    zx: f64,
-    zy: f64,
-    zz: f64,
+pub(super) struct Spread<T = f64> {
+    xx: T,
+    xy: T,
+    xz: T,
+    yx: T,
+    yy: T,
+    yz: T,
+    zx: T,
+    zy: T,
+    zz: T,
 }
 
-impl Spread {
+impl<T: Real> Spread<T> {
     #[inline(always)]
-    pub fn new(w: V3, dw: V3) -> Self {
+    pub fn new(w: V3<T>, dw: V3<T>) -> Self {
         let (xx, yy, zz) = (w.x * w.x, w.y * w.y, w.z * w.z);
         Self::from_products([xx, yy, zz], [w.x * w.y, w.x * w.z, w.y * w.z], dw)
     }
 
     /// With half the products of both orders.
     #[inline(always)]
-    pub fn polar(w: V3, wr: V3, dw: V3) -> Self {
+    pub fn polar(w: V3<T>, wr: V3<T>, dw: V3<T>) -> Self {
+        let half = w.x.like(0.5);
         let mixed = [
-            0.5 * (w.x * wr.y + w.y * wr.x),
-            0.5 * (w.x * wr.z + w.z * wr.x),
-            0.5 * (w.y * wr.z + w.z * wr.y),
+            half * (w.x * wr.y + w.y * wr.x),
+            half * (w.x * wr.z + w.z * wr.x),
+            half * (w.y * wr.z + w.z * wr.y),
         ];
         Self::from_products([w.x * wr.x, w.y * wr.y, w.z * wr.z], mixed, dw)
     }
 
     #[inline(always)]
-    fn from_products([xx, yy, zz]: [f64; 3], [xy, xz, yz]: [f64; 3], dw: V3) -> Self {
+    fn from_products([xx, yy, zz]: [T; 3], [xy, xz, yz]: [T; 3], dw: V3<T>) -> Self {
         Self {
             xx: -(yy + zz),
             yy: -(xx + zz),
@@ -65,7 +66,7 @@ impl Spread {
 
     /// S r.
     #[inline(always)]
-    pub fn at(&self, r: V3) -> V3 {
+    pub fn at(&self, r: V3<T>) -> V3<T> {
         V3::new(
             self.xx * r.x + self.xy * r.y + self.xz * r.z,
             self.yx * r.x + self.yy * r.y + self.yz * r.z,
@@ -74,7 +75,7 @@ impl Spread {
     }
 
     /// Sᵀ r.
-    pub fn transposed_at(&self, r: V3) -> V3 {
+    pub fn transposed_at(&self, r: V3<T>) -> V3<T> {
         V3::new(
             self.xx * r.x + self.yx * r.y + self.zx * r.z,
             self.xy * r.x + self.yy * r.y + self.zy * r.z,
@@ -85,27 +86,29 @@ impl Spread {
 
 /// Force, and moment about the frame's origin.
 #[derive(Clone, Copy)]
-pub(super) struct Wrench {
-    pub f: V3,
-    pub n: V3,
+pub(super) struct Wrench<T = f64> {
+    pub f: V3<T>,
+    pub n: V3<T>,
 }
 
 impl Wrench {
     pub const ZERO: Self = Self { f: V3::ZERO, n: V3::ZERO };
+}
 
+impl<T: Real> Wrench<T> {
     /// The same in the frame before.
     #[inline(always)]
-    pub fn inward(&self, turn: &Turn) -> Self {
+    pub fn inward(&self, turn: &Turn<T>) -> Self {
         let f = turn.inward(self.f);
         Self { f, n: turn.inward(self.n) + turn.p.cross(f) }
     }
 }
 
-impl Joint {
+impl<T: Real> Joint<T> {
     /// What moves the link's mass. The m, h_z and Σ_zz of a turning link, and the Σ of a sliding
     /// one, belong to the link before.
     #[inline(always)]
-    fn wrench(&self, s: &Spread, a: V3) -> Wrench {
+    fn wrench(&self, s: &Spread<T>, a: V3<T>) -> Wrench<T> {
         let (h, k) = (self.mass.h, &self.mass.sigma);
         if !self.revolute {
             return Wrench { f: a * self.mass.m + s.at(h), n: h.cross(a) };
@@ -127,22 +130,23 @@ impl Joint {
     }
 }
 
-impl<const N: usize> Chain<N> {
+impl<const N: usize, T: Real> Chain<N, T> {
     /// M q̈ + C q̇ + G without friction and armature; `upward` is −g, or zero for none.
     #[inline(always)]
     pub fn inverse(
         &self,
-        turns: &[Turn; N],
-        dq: &Vector<N>,
-        ddq: Option<&Vector<N>>,
-        upward: V3,
-    ) -> Vector<N> {
-        let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, upward);
+        turns: &[Turn<T>; N],
+        dq: &Vector<N, T>,
+        ddq: Option<&Vector<N, T>>,
+        upward: V3<T>,
+    ) -> Vector<N, T> {
+        let zero = V3::zero_like(upward.x);
+        let (mut w, mut dw, mut a) = (zero, zero, upward);
         let mut s = Spread::new(w, dw);
-        let mut wrenches = [Wrench::ZERO; N];
+        let mut wrenches = [Wrench { f: zero, n: zero }; N];
         for i in 0..N {
             let (joint, turn, v) = (&self.joints[i], &turns[i], dq[i]);
-            let faster = ddq.map_or(0.0, |ddq| ddq[i]);
+            let faster = ddq.map_or(zero.x, |ddq| ddq[i]);
             a = turn.outward(a + s.at(turn.p));
             w = turn.outward(w);
             dw = turn.outward(dw);
@@ -159,6 +163,24 @@ impl<const N: usize> Chain<N> {
         self.inward(turns, &wrenches)
     }
 
+    /// The torques that the wrenches on the links ask of the joints.
+    #[inline(always)]
+    fn inward(&self, turns: &[Turn<T>; N], wrenches: &[Wrench<T>; N]) -> Vector<N, T> {
+        let zero = V3::zero_like(self.gravity.x);
+        let mut tau = Vector::<N, T>::repeat(zero.x);
+        let mut beyond = Wrench { f: zero, n: zero };
+        for i in (0..N).rev() {
+            let (f, n) = (wrenches[i].f + beyond.f, wrenches[i].n + beyond.n);
+            tau[i] = if self.joints[i].revolute { n.z } else { f.z };
+            if i > 0 {
+                beyond = Wrench { f, n }.inward(&turns[i]);
+            }
+        }
+        tau
+    }
+}
+
+impl<const N: usize> Chain<N> {
     /// M q̈_r + C(q, q̇) q̇_r + G, without armature.
     #[inline]
     pub fn polar(
@@ -202,21 +224,6 @@ impl<const N: usize> Chain<N> {
             c.set_column(j, &self.polar(turns, dq, (&unit, &rest), V3::ZERO));
         }
         c
-    }
-
-    /// The torques that the wrenches on the links ask of the joints.
-    #[inline(always)]
-    fn inward(&self, turns: &[Turn; N], wrenches: &[Wrench; N]) -> Vector<N> {
-        let mut tau = Vector::<N>::zeros();
-        let mut beyond = Wrench::ZERO;
-        for i in (0..N).rev() {
-            let (f, n) = (wrenches[i].f + beyond.f, wrenches[i].n + beyond.n);
-            tau[i] = if self.joints[i].revolute { n.z } else { f.z };
-            if i > 0 {
-                beyond = Wrench { f, n }.inward(&turns[i]);
-            }
-        }
-        tau
     }
 
     /// U(q) \[J\].

@@ -11,23 +11,25 @@ use super::space::{Sym3, Turn, V3};
 use super::unphysical::second_moments;
 use super::{Link, Pose, SerialParameters};
 use crate::arm::JointFriction;
-use crate::math::{Matrix, sin_cos, sqrt};
+use crate::math::{Matrix, Real, Vector, sqrt};
 
 /// m, h and Σ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Mass {
-    pub m: f64,
-    pub h: V3,
-    pub sigma: Sym3,
+pub(super) struct Mass<T = f64> {
+    pub m: T,
+    pub h: V3<T>,
+    pub sigma: Sym3<T>,
 }
 
 impl Mass {
     pub const ZERO: Self = Self { m: 0.0, h: V3::ZERO, sigma: Sym3::ZERO };
+}
 
+impl<T: Real> Mass<T> {
     /// The same distribution about the origin of the frame before:
     /// `Σ' = R Σ Rᵀ + R h pᵀ + p (R h)ᵀ + m p pᵀ`.
     #[inline(always)]
-    pub fn inward(&self, turn: &Turn) -> Self {
+    pub fn inward(&self, turn: &Turn<T>) -> Self {
         let (h, p) = (turn.inward(self.h), turn.p);
         let k = h + p * self.m;
         let s = self.sigma.inward(turn);
@@ -50,25 +52,25 @@ impl Mass {
 
 /// A joint and the link that it moves, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Joint {
+pub(super) struct Joint<T = f64> {
     pub revolute: bool,
     /// The frame in the one before at q = 0.
-    pub rest: Turn,
+    pub rest: Turn<T>,
     /// What remains with this link.
-    pub mass: Mass,
-    pub armature: f64,
+    pub mass: Mass<T>,
+    pub armature: T,
     pub friction: JointFriction,
     /// The joint's frame as its user gave it: x_user = A x.
     pub user: Matrix<3>,
 }
 
-impl Joint {
+impl<T: Real> Joint<T> {
     /// The frame in the one before at q.
     #[inline(always)]
-    pub fn turn(&self, q: f64) -> Turn {
+    pub fn turn(&self, q: T) -> Turn<T> {
         let rest = &self.rest;
         if self.revolute {
-            let (s, c) = sin_cos(q);
+            let (s, c) = q.sin_cos();
             Turn { c: rest.c * c - rest.s * s, s: rest.s * c + rest.c * s, ..*rest }
         } else {
             let p = V3::new(rest.p.x, rest.p.y - q * rest.sa, rest.p.z + q * rest.ca);
@@ -79,14 +81,14 @@ impl Joint {
 
 /// The prepared chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Chain<const N: usize> {
-    pub joints: [Joint; N],
+pub(crate) struct Chain<const N: usize, T = f64> {
+    pub joints: [Joint<T>; N],
     /// The prepared base's axes in the user's: x_base = B x.
     pub base: Matrix<3>,
     /// The tip in the last frame.
     pub tip: Pose,
     /// Gravity in the prepared base's axes [m/s²].
-    pub gravity: V3,
+    pub gravity: V3<T>,
     /// Potential energy of the mass that came to belong to the ground \[J\].
     pub ground_energy: f64,
 }
@@ -127,11 +129,13 @@ impl<const N: usize> Chain<N> {
         };
         Self { joints, base, tip, gravity, ground_energy }
     }
+}
 
+impl<const N: usize, T: Real> Chain<N, T> {
     /// The frames at q.
     #[inline(always)]
-    pub fn turns(&self, q: &crate::math::Vector<N>) -> [Turn; N] {
-        let mut turns = [Turn { ca: 1.0, sa: 0.0, c: 1.0, s: 0.0, p: V3::ZERO }; N];
+    pub fn turns(&self, q: &Vector<N, T>) -> [Turn<T>; N] {
+        let mut turns = self.joints.each_ref().map(|joint| joint.rest);
         for i in 0..N {
             turns[i] = self.joints[i].turn(q[i]);
         }

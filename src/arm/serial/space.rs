@@ -2,26 +2,33 @@
 
 use core::ops::{Add, AddAssign, Mul, Sub};
 
-use crate::math::Matrix;
+use crate::math::{Matrix, Real};
 
 /// A vector in some link's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct V3 {
-    pub x: f64,
-    pub y: f64,
-    pub z: f64,
+pub(crate) struct V3<T = f64> {
+    pub x: T,
+    pub y: T,
+    pub z: T,
 }
 
-impl V3 {
-    pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
-
+impl<T> V3<T> {
     #[inline(always)]
-    pub const fn new(x: f64, y: f64, z: f64) -> Self {
+    pub const fn new(x: T, y: T, z: T) -> Self {
         Self { x, y, z }
+    }
+}
+
+impl<T: Real> V3<T> {
+    /// Zero, in numbers of the kind of `x`.
+    #[inline(always)]
+    pub fn zero_like(x: T) -> Self {
+        let zero = x.like(0.0);
+        Self::new(zero, zero, zero)
     }
 
     #[inline(always)]
-    pub fn dot(self, other: Self) -> f64 {
+    pub fn dot(self, other: Self) -> T {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
@@ -33,6 +40,10 @@ impl V3 {
             self.x * other.y - self.y * other.x,
         )
     }
+}
+
+impl V3 {
+    pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
 
     /// self × z.
     #[inline(always)]
@@ -58,7 +69,7 @@ impl From<nalgebra::Vector3<f64>> for V3 {
     }
 }
 
-impl Add for V3 {
+impl<T: Real> Add for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -66,14 +77,14 @@ impl Add for V3 {
     }
 }
 
-impl AddAssign for V3 {
+impl<T: Real> AddAssign for V3<T> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
-impl Sub for V3 {
+impl<T: Real> Sub for V3<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -81,30 +92,30 @@ impl Sub for V3 {
     }
 }
 
-impl Mul<f64> for V3 {
+impl<T: Real> Mul<T> for V3<T> {
     type Output = Self;
     #[inline(always)]
-    fn mul(self, by: f64) -> Self {
+    fn mul(self, by: T) -> Self {
         Self::new(self.x * by, self.y * by, self.z * by)
     }
 }
 
 /// A link's frame in the frame of the link before, at some q: `x_before = R_x(α) R_z(θ) x + p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Turn {
+pub(crate) struct Turn<T = f64> {
     /// cos α and sin α.
-    pub ca: f64,
-    pub sa: f64,
+    pub ca: T,
+    pub sa: T,
     /// cos θ and sin θ.
-    pub c: f64,
-    pub s: f64,
-    pub p: V3,
+    pub c: T,
+    pub s: T,
+    pub p: V3<T>,
 }
 
-impl Turn {
+impl<T: Real> Turn<T> {
     /// Rᵀ v: the vector of the frame before, in this one.
     #[inline(always)]
-    pub fn outward(&self, v: V3) -> V3 {
+    pub fn outward(&self, v: V3<T>) -> V3<T> {
         let y = self.ca * v.y + self.sa * v.z;
         let z = self.ca * v.z - self.sa * v.y;
         V3::new(self.c * v.x + self.s * y, self.c * y - self.s * v.x, z)
@@ -112,7 +123,7 @@ impl Turn {
 
     /// R v: the vector of this frame, in the one before.
     #[inline(always)]
-    pub fn inward(&self, v: V3) -> V3 {
+    pub fn inward(&self, v: V3<T>) -> V3<T> {
         let x = self.c * v.x - self.s * v.y;
         let y = self.s * v.x + self.c * v.y;
         V3::new(x, self.ca * y - self.sa * v.z, self.sa * y + self.ca * v.z)
@@ -120,7 +131,7 @@ impl Turn {
 
     /// R(B) = B R_x R_z for the columns of a rotation B.
     #[inline(always)]
-    pub fn columns(&self, [x, y, z]: [V3; 3]) -> [V3; 3] {
+    pub fn columns(&self, [x, y, z]: [V3<T>; 3]) -> [V3<T>; 3] {
         let turned = y * self.ca + z * self.sa;
         let axis = z * self.ca - y * self.sa;
         [x * self.c + turned * self.s, turned * self.c - x * self.s, axis]
@@ -129,13 +140,13 @@ impl Turn {
 
 /// A symmetric 3×3 matrix.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Sym3 {
-    pub xx: f64,
-    pub yy: f64,
-    pub zz: f64,
-    pub xy: f64,
-    pub xz: f64,
-    pub yz: f64,
+pub(crate) struct Sym3<T = f64> {
+    pub xx: T,
+    pub yy: T,
+    pub zz: T,
+    pub xy: T,
+    pub xz: T,
+    pub yz: T,
 }
 
 impl Sym3 {
@@ -153,10 +164,12 @@ impl Sym3 {
             yz: half(1, 2),
         }
     }
+}
 
+impl<T: Real> Sym3<T> {
     /// R S Rᵀ with R = R_x R_z.
     #[inline(always)]
-    pub fn inward(&self, turn: &Turn) -> Self {
+    pub fn inward(&self, turn: &Turn<T>) -> Self {
         // R_z turns the xy block and the pair (xz, yz); R_x then the yz block and the pair (xy,
         // xz).
         let (c, s) = (turn.c, turn.s);
@@ -169,7 +182,7 @@ impl Sym3 {
     }
 }
 
-impl Add for Sym3 {
+impl<T: Real> Add for Sym3<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, o: Self) -> Self {
@@ -186,7 +199,7 @@ impl Add for Sym3 {
 
 /// [c −s; s c] [a o; o b] [c s; −s c], as (a, b, o).
 #[inline(always)]
-fn turned_block(a: f64, b: f64, o: f64, c: f64, s: f64) -> (f64, f64, f64) {
+fn turned_block<T: Real>(a: T, b: T, o: T, c: T, s: T) -> (T, T, T) {
     let (cs, ss) = (c * s, s * s);
     let gap = a - b;
     let moved = ss * gap + (cs + cs) * o;

@@ -3,15 +3,21 @@
 //!
 //! The platform's `exp` or `sin` differs between C libraries; these come from the `libm` crate.
 
+mod abreast;
+mod real;
+
+pub use abreast::Abreast;
+pub use real::Real;
+
 use pulp::{Arch, Simd, WithSimd};
 
 use core::f64::consts::{PI, TAU};
 
 /// A column of `N` joint values.
-pub type Vector<const N: usize> = nalgebra::SVector<f64, N>;
+pub type Vector<const N: usize, T = f64> = nalgebra::SVector<T, N>;
 
 /// A square matrix over `N` joints (or `N` states).
-pub type Matrix<const N: usize> = nalgebra::SMatrix<f64, N, N>;
+pub type Matrix<const N: usize, T = f64> = nalgebra::SMatrix<T, N, N>;
 
 /// Up to so many joints a stage is compiled as a whole, in line with each caller: it then computes
 /// only what its caller uses, and its numbers stay in registers. Written to memory one by one and

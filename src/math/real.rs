@@ -1,0 +1,76 @@
+//! What the arithmetic of a step is done on: one number, or those of several runs side by side.
+//!
+//! A formula over [`Real`] is written once. It has no branch on a value: [`Real::if_less`] takes
+//! one of two. Numbers side by side do not see each other, so each has the bits of its own run.
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+
+/// A number, or several side by side.
+pub trait Real:
+    Copy
+    + Debug
+    + PartialEq
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The same number x everywhere, in a value of the kind of this one.
+    fn like(self, x: f64) -> Self;
+
+    /// `then` where `self` < `other`, and `otherwise` elsewhere, also at NaN.
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
+
+    /// |x|.
+    fn abs(self) -> Self;
+
+    /// √x, correctly rounded.
+    fn sqrt(self) -> Self;
+
+    /// (sin x, cos x), x in radians.
+    fn sin_cos(self) -> (Self, Self);
+
+    /// x, or 0 where |x| is smaller than `least`.
+    #[inline(always)]
+    fn unless_tiny(self, least: f64) -> Self {
+        self.abs().if_less(self.like(least), self.like(0.0), self)
+    }
+
+    /// The larger of both; `self` where that is NaN.
+    #[inline(always)]
+    fn or_larger(self, other: Self) -> Self {
+        self.if_less(other, other, self)
+    }
+}
+
+impl Real for f64 {
+    #[inline(always)]
+    fn like(self, x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self {
+        if self < other { then } else { otherwise }
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        super::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        super::sin_cos(self)
+    }
+}
