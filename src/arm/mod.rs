@@ -5,6 +5,8 @@
 //! opposes the motion of one joint, and `resistance` puts both together. `implicit` solves M v = …
 //! − λ, with λ as these allow; `factor` is M = LᵀDL.
 
+#[cfg(feature = "std")]
+mod abreast;
 mod factor;
 mod friction;
 mod implicit;
@@ -14,6 +16,8 @@ mod resistance;
 mod serial;
 mod two_link;
 
+#[cfg(feature = "std")]
+pub use abreast::ArmsAbreast;
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;
@@ -30,6 +34,8 @@ pub use two_link::{TwoLink, TwoLinkParameters};
 
 use nalgebra::SMatrix;
 
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::{FNV_START, Matrix, Vector, fnv_of};
 
 /// An arm whose tip is known.
@@ -150,6 +156,15 @@ pub trait Arm<const N: usize> {
     /// Kinetic energy ½ q̇ᵀ M q̇ \[J\].
     fn kinetic_energy(&self, q: &Vector<N>, dq: &Vector<N>) -> f64 {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
+    }
+
+    /// Arms of this kind side by side, for many runs at a time; `None` where they cannot be.
+    #[cfg(feature = "std")]
+    fn abreast(_each: [&Self; LANES]) -> Option<ArmsAbreast<N>>
+    where
+        Self: Sized,
+    {
+        None
     }
 
     /// A number for the arm that a controller believes in: FNV-1a of the bits of M and H in two

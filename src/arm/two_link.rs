@@ -11,8 +11,12 @@
 
 use nalgebra::SMatrix;
 
+#[cfg(feature = "std")]
+use super::ArmsAbreast;
 use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
 use crate::error::{Result, finite, positive, within};
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::{Matrix, Real, Vector, sin_cos};
 
 /// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without
@@ -151,6 +155,12 @@ impl TwoLink {
         Pose { translation: ahead(&elbow, self.parameters.length[1]), ..elbow }
     }
 
+    /// Whether its joints have no friction.
+    #[cfg(feature = "std")]
+    pub(super) fn is_frictionless(&self) -> bool {
+        !self.has_friction
+    }
+
     /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<2>) -> f64 {
         let [inner, outer] = self.weight();
@@ -247,6 +257,11 @@ impl Arm<2> for TwoLink {
 
     fn resists(&self) -> bool {
         self.has_friction
+    }
+
+    #[cfg(feature = "std")]
+    fn abreast(each: [&Self; LANES]) -> Option<ArmsAbreast<2>> {
+        ArmsAbreast::of_two_links(each)
     }
 
     fn rigid_dynamics(

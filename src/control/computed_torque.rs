@@ -7,16 +7,25 @@
 //!
 //! v is the paper's feedback. With another [`Feedback`] the law is another one of the same family.
 
+#[cfg(feature = "std")]
+use super::LawsAbreast;
 use super::{Demand, Law, Sample};
 use crate::arm::{Arm, JointFriction};
 use crate::error::{Result, positive, within};
-use crate::math::{FNV_START, Vector, fnv_of};
+#[cfg(feature = "std")]
+use crate::math::LANES;
+use crate::math::{FNV_START, Matrix, Real, Vector, fnv_of, product};
 
 /// What computed torque asks the arm to do: the acceleration v for a sample. It remembers nothing;
 /// an integrator is a [`Dynamic`](super::Dynamic) that adds its share to ρ̂.
 pub trait Feedback<const N: usize> {
     /// v [rad/s²].
     fn acceleration(&self, seen: &Sample<N>) -> Vector<N>;
+
+    /// It, where it is the paper's feedback with constant gains.
+    fn constant(&self) -> Option<&Gains<N>> {
+        None
+    }
 
     /// A number for its parameters: see [`Law::tuning`].
     fn tuning(&self) -> u64;
@@ -77,12 +86,25 @@ pub(crate) fn keeps_up(
     within(parameter, rates, |rate| rate * (0.5 + delay) * period <= 0.35, wanted)
 }
 
+/// v = q̈_d − K_v ė − K_p e.
+#[inline(always)]
+pub(super) fn feedback<const N: usize, T: Real>(
+    kp: &[T; N],
+    kv: &[T; N],
+    Sample { desired, e, de, .. }: &Sample<N, T>,
+) -> Vector<N, T> {
+    Vector::from_fn(|n, _| desired.ddq[n] - kv[n] * de[n] - kp[n] * e[n])
+}
+
 impl<const N: usize> Feedback<N> for Gains<N> {
     /// v = q̈_d − K_v ė − K_p e [rad/s²].
     #[inline]
     fn acceleration(&self, seen: &Sample<N>) -> Vector<N> {
-        let Sample { desired, e, de, .. } = seen;
-        Vector::from_fn(|n, _| desired.ddq[n] - self.kv[n] * de[n] - self.kp[n] * e[n])
+        feedback(&self.kp, &self.kv, seen)
+    }
+
+    fn constant(&self) -> Option<&Gains<N>> {
+        Some(self)
     }
 
     /// FNV-1a of the gains.
@@ -108,15 +130,32 @@ impl<const N: usize, A: Arm<N>, F: Feedback<N>> ComputedTorque<N, A, F> {
     }
 }
 
+/// (M₀ v + H₀) − M₀ ρ̂.
+#[inline(always)]
+pub(super) fn computed<const N: usize, T: Real>(
+    (mass, bias): (Matrix<N, T>, Vector<N, T>),
+    v: Vector<N, T>,
+    rho_hat: &Vector<N, T>,
+) -> Demand<N, T> {
+    let (asked, estimated) = (product(&mass, &v), product(&mass, rho_hat));
+    let model = Vector::from_fn(|n, _| asked[n] + bias[n]);
+    let compensation = Vector::from_fn(|n, _| -estimated[n]);
+    Demand { model, compensation, v }
+}
+
 impl<const N: usize, A: Arm<N>, F: Feedback<N>> Law<N> for ComputedTorque<N, A, F> {
     #[inline(always)]
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N> {
         let (mass, bias) = self.arm.mass_matrix_and_bias(&seen.q, &seen.dq);
-        let v = self.gains.acceleration(seen);
-        Demand { model: mass * v + bias, compensation: -(mass * rho_hat), v }
+        computed((mass, bias), self.gains.acceleration(seen), rho_hat)
     }
 
     /// G₀(q).
+    #[cfg(feature = "std")]
+    fn abreast(each: [&Self; LANES]) -> Option<LawsAbreast<N>> {
+        LawsAbreast::of(each)
+    }
+
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N> {
         self.arm.gravity(q)
     }

@@ -1,8 +1,12 @@
 //! What a control law is: the torque for a sample and an estimate, in its parts,
 //! `τ = τ_model + τ_compensation`.
 
+#[cfg(feature = "std")]
+use super::LawsAbreast;
 use super::Sample;
 use crate::arm::JointFriction;
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::Vector;
 
 /// A control law for `N` joints. All that it knows is in `&self`, and it remembers nothing. What
@@ -37,6 +41,15 @@ pub trait Law<const N: usize> {
     #[inline]
     fn wraps(&self) -> [bool; N] {
         [false; N]
+    }
+
+    /// Laws of this kind side by side, for many runs at a time; `None` where they cannot be.
+    #[cfg(feature = "std")]
+    fn abreast(_each: [&Self; LANES]) -> Option<LawsAbreast<N>>
+    where
+        Self: Sized,
+    {
+        None
     }
 
     /// A number for what gives ρ̂ its meaning, as a rule the nominal arm. Weights that were learnt

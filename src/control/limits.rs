@@ -1,16 +1,16 @@
 //! What a torque command may be: an effort limit and a rate limit.
 
 use crate::error::{Result, accepted};
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 
 /// Limits on the torque that a controller asks for. Unlimited by default.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits<const N: usize> {
+pub struct Limits<const N: usize, T = f64> {
     /// Largest |τ| of each joint [N·m]; infinite = no limit.
-    pub effort_limit: [f64; N],
+    pub effort_limit: [T; N],
     /// Largest change of each τ per second [N·m/s]; infinite = no limit. Needs a step, so sampled
     /// control only.
-    pub effort_rate_limit: [f64; N],
+    pub effort_rate_limit: [T; N],
 }
 
 impl<const N: usize> Default for Limits<N> {
@@ -32,18 +32,20 @@ impl<const N: usize> Limits<N> {
     pub fn limits_rate(&self) -> bool {
         self.effort_rate_limit.iter().any(|limit| limit.is_finite())
     }
+}
 
+impl<const N: usize, T: Real> Limits<N, T> {
     /// The nearest torque inside the effort limit.
-    #[inline]
-    pub fn clamp(&self, tau: &Vector<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| bound(tau[n], -self.effort_limit[n], self.effort_limit[n]))
+    #[inline(always)]
+    pub fn clamp(&self, tau: &Vector<N, T>) -> Vector<N, T> {
+        Vector::<N, T>::from_fn(|n, _| bound(tau[n], -self.effort_limit[n], self.effort_limit[n]))
     }
 
     /// The nearest torque inside both limits, `dt` \[s\] after `last` was applied.
-    #[inline]
-    pub fn clamp_after(&self, last: &Vector<N>, tau: &Vector<N>, dt: f64) -> Vector<N> {
-        Vector::from_fn(|n, _| {
-            let change = self.effort_rate_limit[n] * dt;
+    #[inline(always)]
+    pub fn clamp_after(&self, last: &Vector<N, T>, tau: &Vector<N, T>, dt: f64) -> Vector<N, T> {
+        Vector::<N, T>::from_fn(|n, _| {
+            let change = self.effort_rate_limit[n] * tau[n].like(dt);
             let limit = self.effort_limit[n];
             bound(bound(tau[n], last[n] - change, last[n] + change), -limit, limit)
         })
@@ -51,13 +53,7 @@ impl<const N: usize> Limits<N> {
 }
 
 /// As `f64::clamp`, which panics on bounds that are NaN or crossed; NaN stays NaN.
-#[inline]
-fn bound(x: f64, low: f64, high: f64) -> f64 {
-    if x < low {
-        low
-    } else if x > high {
-        high
-    } else {
-        x
-    }
+#[inline(always)]
+fn bound<T: Real>(x: T, low: T, high: T) -> T {
+    x.if_less(low, low, high.if_less(x, high, x))
 }

@@ -9,6 +9,8 @@
 //! with the modifications of `adaptation`; `stages` is what a step of it records. `guard/` stands
 //! around a controller in a real loop.
 
+#[cfg(feature = "std")]
+mod abreast;
 mod adaptation;
 #[cfg(feature = "std")]
 mod boxed;
@@ -32,6 +34,8 @@ mod state;
 mod update;
 
 pub use crate::fuzzy::Buffer;
+#[cfg(feature = "std")]
+pub use abreast::LawsAbreast;
 pub use adaptation::Adaptation;
 #[cfg(feature = "std")]
 pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};

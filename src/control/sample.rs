@@ -1,7 +1,7 @@
 //! What a controller sees at one instant: the measurement, the set-point, and `e = q − q_d`, around
 //! the circle where a joint turns without an end.
 
-use crate::math::{Vector, around};
+use crate::math::{Real, Vector};
 use crate::reference::Setpoint;
 
 /// What a controller sees at one instant.
@@ -25,22 +25,30 @@ impl<const N: usize> Sample<N> {
     pub fn new(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>) -> Self {
         Self { q, dq, desired, e: q - desired.q, de: dq - desired.dq }
     }
+}
 
-    /// As [`new`](Self::new), but with the error around the circle, −π ≤ e < π, for the joints that
-    /// [`Arm::wraps`](crate::arm::Arm::wraps) names. q and q_d stay as they are.
-    #[inline]
-    pub fn wrapped(q: Vector<N>, dq: Vector<N>, desired: Setpoint<N>, wraps: &[bool; N]) -> Self {
-        let mut e = q - desired.q;
+impl<const N: usize, T: Real> Sample<N, T> {
+    /// As [`new`](Sample::new), but with the error around the circle, −π ≤ e < π, for the joints
+    /// that [`Arm::wraps`](crate::arm::Arm::wraps) names. q and q_d stay as they are.
+    #[inline(always)]
+    pub fn wrapped(
+        q: Vector<N, T>,
+        dq: Vector<N, T>,
+        desired: Setpoint<N, T>,
+        wraps: &[bool; N],
+    ) -> Self {
+        let mut e = Vector::<N, T>::from_fn(|n, _| q[n] - desired.q[n]);
         // One test for all joints: most arms have no continuous joint.
         if wraps.iter().fold(false, |any, wraps| any | wraps) {
             e = around_where(wraps, &e);
         }
-        Self { q, dq, desired, e, de: dq - desired.dq }
+        let de = Vector::<N, T>::from_fn(|n, _| dq[n] - desired.dq[n]);
+        Self { q, dq, desired, e, de }
     }
 }
 
 /// The error of the joints that wrap around the circle. A cold path: most arms have no such joints.
 #[inline(never)]
-fn around_where<const N: usize>(wraps: &[bool; N], e: &Vector<N>) -> Vector<N> {
-    Vector::from_fn(|n, _| if wraps[n] { around(e[n]) } else { e[n] })
+fn around_where<const N: usize, T: Real>(wraps: &[bool; N], e: &Vector<N, T>) -> Vector<N, T> {
+    Vector::<N, T>::from_fn(|n, _| if wraps[n] { e[n].around() } else { e[n] })
 }

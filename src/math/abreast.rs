@@ -5,7 +5,7 @@
 
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use super::{LANES, Real, sin_cos, sqrt};
+use super::{LANES, Real, around, sin_cos, sqrt};
 
 /// A number of each of eight runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,6 +61,12 @@ impl Abreast {
         Self([x; LANES])
     }
 
+    /// A number of each of eight things.
+    #[inline(always)]
+    pub fn of<X>(each: [&X; LANES], number: impl Fn(&X) -> f64) -> Self {
+        Self(each.map(number))
+    }
+
     /// f of each.
     #[inline(always)]
     fn each(self, f: impl Fn(f64) -> f64) -> Self {
@@ -95,6 +101,11 @@ impl Real for Abreast {
     #[inline(always)]
     fn sqrt(self) -> Self {
         self.each(sqrt)
+    }
+
+    #[inline(always)]
+    fn around(self) -> Self {
+        Self(self.0.map(around))
     }
 
     #[inline(always)]

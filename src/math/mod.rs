@@ -90,6 +90,21 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
 }
 
+/// M x, column by column.
+#[inline(always)]
+pub(crate) fn product<const N: usize, T: Real>(
+    matrix: &Matrix<N, T>,
+    x: &Vector<N, T>,
+) -> Vector<N, T> {
+    Vector::from_fn(|i, _| {
+        let mut sum = matrix[(i, 0)] * x[0];
+        for j in 1..N {
+            sum += matrix[(i, j)] * x[j];
+        }
+        sum
+    })
+}
+
 /// What [`fnv`] starts from.
 pub(crate) const FNV_START: u64 = 0xcbf2_9ce4_8422_2325;
 

@@ -35,13 +35,16 @@ pub trait Real:
     /// (sin x, cos x), x in radians.
     fn sin_cos(self) -> (Self, Self);
 
+    /// x plus or minus the turns that bring it into [−π, π).
+    fn around(self) -> Self;
+
     /// x, or 0 where |x| is smaller than `least`.
     #[inline(always)]
     fn unless_tiny(self, least: f64) -> Self {
         self.abs().if_less(self.like(least), self.like(0.0), self)
     }
 
-    /// The larger of both; `self` where that is NaN.
+    /// `other` where it is larger, and `self` elsewhere: NaN is never larger.
     #[inline(always)]
     fn or_larger(self, other: Self) -> Self {
         self.if_less(other, other, self)
@@ -72,5 +75,10 @@ impl Real for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         super::sin_cos(self)
+    }
+
+    #[inline(always)]
+    fn around(self) -> Self {
+        super::around(self)
     }
 }

@@ -28,6 +28,14 @@ pub trait Disturbance<const N: usize> {
     /// τ_d(q, q̇, t) [N·m], opposing the applied torque.
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N>;
 
+    /// Whether another one is surely the same: many runs under it then ask once for all of them.
+    fn is_same(&self, _other: &Self) -> bool
+    where
+        Self: Sized,
+    {
+        false
+    }
+
     /// τ_d(t) [N·m] if it depends on the time alone: stages that fall on one time then share it.
     #[inline]
     fn at_time(&self, _t: f64) -> Option<Vector<N>> {
@@ -40,6 +48,10 @@ pub trait Disturbance<const N: usize> {
 pub struct Undisturbed;
 
 impl<const N: usize> Disturbance<N> for Undisturbed {
+    fn is_same(&self, _: &Self) -> bool {
+        true
+    }
+
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, _: f64) -> Vector<N> {
         Vector::zeros()
     }
@@ -51,6 +63,11 @@ impl<const N: usize> Disturbance<N> for Undisturbed {
 }
 
 impl<const N: usize, T: AsRef<[Harmonic<N>]>> Disturbance<N> for Sines<N, T> {
+    fn is_same(&self, other: &Self) -> bool {
+        let all = |it: &Self| (*it.offset(), it.start_time());
+        all(self) == all(other) && self.harmonics() == other.harmonics()
+    }
+
     #[inline]
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, t: f64) -> Vector<N> {
         self.disturbance(t)

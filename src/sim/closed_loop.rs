@@ -382,6 +382,6 @@ where
 
 /// The time of a stage in a step of `h` \[s\] from `t` to `end`; `end` to the bit at c = 1.
 #[inline(always)]
-fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
+pub(super) fn time_of(stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) -> f64 {
     if stage.node == 1.0 { end } else { t + stage.node * h }
 }

@@ -3,7 +3,7 @@
 //! II.5.2; Shampine 1986).
 
 use crate::control::Stage;
-use crate::math::{Vector, sqrt};
+use crate::math::{Real, Vector, sqrt};
 
 /// Position and velocity at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,23 +143,30 @@ impl<const N: usize> Motion<N> {
     pub fn zeros() -> Self {
         Self { q: Vector::zeros(), dq: Vector::zeros() }
     }
+}
 
+impl<const N: usize, T: Real> Motion<N, T> {
     /// y + h Σ cᵢ kᵢ, position and velocity one after the other: in one sum, the compiler would
     /// read half of each as one register. That misses store forwarding when both were just written.
-    #[inline]
+    #[inline(always)]
     pub fn plus(&self, h: f64, coefficients: &[f64], rates: &[Self]) -> Self {
-        let sum = |part: fn(&Self) -> &Vector<N>| {
-            let mut sum = Vector::zeros();
+        let sum = |part: fn(&Self) -> &Vector<N, T>| {
+            let start = part(self);
+            let mut sum = Vector::<N, T>::from_fn(|n, _| start[n].like(0.0));
             for (c, rate) in coefficients.iter().zip(rates) {
                 if *c != 0.0 {
-                    sum += part(rate) * *c;
+                    for n in 0..N {
+                        sum[n] += part(rate)[n] * start[n].like(*c);
+                    }
                 }
             }
-            part(self) + sum * h
+            Vector::<N, T>::from_fn(|n, _| start[n] + sum[n] * start[n].like(h))
         };
         Self { q: sum(|motion| &motion.q), dq: sum(|motion| &motion.dq) }
     }
+}
 
+impl<const N: usize> Motion<N> {
     /// Root mean square of h Σ cᵢ kᵢ over atol + rtol max(|y|, |y'|), entry by entry.
     pub fn error(
         h: f64,
@@ -200,14 +207,14 @@ impl Default for Tolerance {
 impl<const S: usize> Tableau<S> {
     /// Evaluates the stages from `first` on: `rates[i] = (q̇ᵢ, acceleration(stage, motion
     /// at the stage))`.
-    #[inline]
-    pub fn stages<const N: usize>(
+    #[inline(always)]
+    pub fn stages<const N: usize, T: Real>(
         &self,
         h: f64,
-        start: &Motion<N>,
+        start: &Motion<N, T>,
         first: usize,
-        rates: &mut Rates<N, S>,
-        mut acceleration: impl FnMut(&Stage<'_>, &Motion<N>) -> Vector<N>,
+        rates: &mut [Motion<N, T>; S],
+        mut acceleration: impl FnMut(&Stage<'_>, &Motion<N, T>) -> Vector<N, T>,
     ) {
         for i in first..S {
             let motion = start.plus(h, &self.rows[i][..i], &rates[..i]);

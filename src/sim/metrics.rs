@@ -1,7 +1,7 @@
 //! How good a run was: figures over a window of time.
 
 use crate::error::{Error, Result, length};
-use crate::math::{Vector, sqrt};
+use crate::math::{Real, Vector, sqrt};
 
 /// Figures of one joint over a window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,42 +47,65 @@ pub fn metrics<const N: usize>(
     window: Window,
 ) -> Result<Metrics> {
     length("e", e.len(), t.len())?;
-    let mut figures = Figures::<1>::over(window);
+    let mut figures = Figures::<1>::over(window, 0.0);
     for (k, (t, e)) in t.iter().zip(e).enumerate() {
         let torque = tau.get(k).map_or(f64::NAN, |tau| tau[n]);
         figures.add(*t, &[e[n]].into(), &[torque].into());
     }
     let wanted = "a window (from, to) with at least one recorded time";
-    let [figures] = figures.finish().ok_or(Error::out_of_range("window", window.from, wanted))?;
+    let [figures] =
+        figures.finish(|x| x).ok_or(Error::out_of_range("window", window.from, wanted))?;
     Ok(figures)
 }
 
-/// The figures of all joints, row by row: nothing of a row is kept but the last one.
+/// The figures of all joints, row by row, of a run or of several side by side: nothing of a row is
+/// kept but the last one.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Figures<const N: usize> {
+pub(super) struct Figures<const N: usize, T = f64> {
     window: Window,
     rows: f64,
     /// Times of the first row in the window and of the last one \[s\].
     first: f64,
     last: f64,
-    /// t |e| of the last row, t from the first, and its torque.
-    ramp: Vector<N>,
-    torque: Vector<N>,
-    /// Sums so far, in the fields of what they become. The settling time is the row after the last
-    /// one outside the band.
-    sums: [Metrics; N],
+    joints: [Sums<T>; N],
 }
 
-impl<const N: usize> Figures<N> {
-    /// Those of no row yet.
-    pub fn over(window: Window) -> Self {
-        let (zeros, sums) = (Vector::zeros(), [Metrics::default(); N]);
-        Self { window, rows: 0.0, first: 0.0, last: 0.0, ramp: zeros, torque: zeros, sums }
+/// What the figures of a joint are made of.
+#[derive(Clone, Copy, Debug)]
+struct Sums<T> {
+    /// t |e| of the last row, t from the first, and its torque.
+    ramp: T,
+    torque: T,
+    squares: T,
+    largest: T,
+    ramps: T,
+    /// Time of the row after the last one outside the band, from the first; infinite after one.
+    settled: T,
+    torque_squares: T,
+    largest_torque: T,
+    changes: T,
+}
+
+impl<const N: usize, T: Real> Figures<N, T> {
+    /// Those of no row yet; `zero` is 0.
+    pub fn over(window: Window, zero: T) -> Self {
+        let none = Sums {
+            ramp: zero,
+            torque: zero,
+            squares: zero,
+            largest: zero,
+            ramps: zero,
+            settled: zero,
+            torque_squares: zero,
+            largest_torque: zero,
+            changes: zero,
+        };
+        Self { window, rows: 0.0, first: 0.0, last: 0.0, joints: [none; N] }
     }
 
     /// Adds a row at time `t` \[s\], later than those before, if it is in the window.
-    #[inline]
-    pub fn add(&mut self, t: f64, e: &Vector<N>, tau: &Vector<N>) {
+    #[inline(always)]
+    pub fn add(&mut self, t: f64, e: &Vector<N, T>, tau: &Vector<N, T>) {
         if !(self.window.from <= t && t <= self.window.to) {
             return;
         }
@@ -92,42 +115,44 @@ impl<const N: usize> Figures<N> {
         }
         let (since, dt) = (t - self.first, t - self.last);
         for n in 0..N {
-            let (error, torque, sums) = (e[n].abs(), tau[n], &mut self.sums[n]);
-            let ramp = since * error;
+            let (error, torque, sums) = (e[n].abs(), tau[n], &mut self.joints[n]);
+            let like = |x: f64| error.like(x);
+            let ramp = like(since) * error;
             if begun {
-                sums.itae += 0.5 * dt * (self.ramp[n] + ramp);
-                sums.torque_variation += (torque - self.torque[n]).abs();
-                // The row before was the last outside so far.
-                if sums.settling_time == f64::INFINITY {
-                    sums.settling_time = since;
-                }
+                sums.ramps += like(0.5 * dt) * (sums.ramp + ramp);
+                sums.changes += (torque - sums.torque).abs();
+                // The row before was the last one outside so far.
+                sums.settled = sums.settled.if_less(like(f64::INFINITY), sums.settled, like(since));
             }
-            sums.rms_e += error * error;
-            sums.max_abs_e = sums.max_abs_e.max(error);
-            sums.rms_tau += torque * torque;
-            sums.max_abs_tau = larger(sums.max_abs_tau, torque.abs());
-            if error > self.window.band {
-                sums.settling_time = f64::INFINITY;
-            }
-            (self.ramp[n], self.torque[n]) = (ramp, torque);
+            sums.squares += error * error;
+            sums.largest = sums.largest.or_larger(error);
+            sums.torque_squares += torque * torque;
+            sums.largest_torque = sums.largest_torque.or_larger(torque.abs());
+            let outside = like(f64::INFINITY);
+            sums.settled = like(self.window.band).if_less(error, outside, sums.settled);
+            (sums.ramp, sums.torque) = (ramp, torque);
         }
         (self.last, self.rows) = (t, self.rows + 1.0);
     }
 
-    /// The figures; `None` if no row was in the window.
-    pub fn finish(&self) -> Option<[Metrics; N]> {
+    /// The figures of the run in a lane, of which `of` gives the number; `None` if no row was in
+    /// the window.
+    pub fn finish(&self, of: impl Fn(T) -> f64) -> Option<[Metrics; N]> {
         let (count, length) = (self.rows, self.last - self.first);
-        let figures = self.sums.map(|sums| Metrics {
-            rms_e: sqrt(sums.rms_e / count),
-            rms_tau: sqrt(sums.rms_tau / count),
-            torque_variation: if length > 0.0 { sums.torque_variation / length } else { 0.0 },
-            ..sums
+        let figures = self.joints.map(|sums| Metrics {
+            rms_e: sqrt(of(sums.squares) / count),
+            max_abs_e: of(sums.largest),
+            itae: of(sums.ramps),
+            settling_time: of(sums.settled),
+            rms_tau: sqrt(of(sums.torque_squares) / count),
+            // NaN is never the larger one.
+            max_abs_tau: if of(sums.torque_squares).is_nan() {
+                f64::NAN
+            } else {
+                of(sums.largest_torque)
+            },
+            torque_variation: if length > 0.0 { of(sums.changes) / length } else { 0.0 },
         });
         (count > 0.0).then_some(figures)
     }
-}
-
-/// As `f64::max`, but NaN stays NaN.
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
 }

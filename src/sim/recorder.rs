@@ -14,7 +14,7 @@ use crate::error::{Error, Result};
 use crate::math::Vector;
 
 /// A position or velocity beyond this counts as diverged [rad, rad/s].
-const DIVERGED: f64 = 1e6;
+pub(super) const DIVERGED: f64 = 1e6;
 
 /// The record with what decides which rows enter it.
 pub(super) struct Recorder<const N: usize> {
@@ -52,7 +52,7 @@ impl<const N: usize> Recorder<N> {
         let run = Run::with_capacity(rows, options.record, own).map_err(|_| too_large)?;
         let (record, dt) = (options.record, options.dt);
         let figures = match record {
-            Record::Metrics(window) => Some(Figures::over(window)),
+            Record::Metrics(window) => Some(Figures::over(window, 0.0)),
             Record::All | Record::Motion => None,
         };
         let resolution = Resolution::new(dt);
@@ -168,7 +168,7 @@ impl<const N: usize> Recorder<N> {
             self.run.status = Status::Unresolved(doubt);
         }
         self.run.certificate = self.certificate;
-        self.run.metrics = self.figures.and_then(|figures| figures.finish());
+        self.run.metrics = self.figures.and_then(|figures| figures.finish(|x| x));
         self.run
     }
 }

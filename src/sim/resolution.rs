@@ -4,7 +4,7 @@
 use super::doubt::{Coarse, Doubt};
 use super::integrators::Motion;
 use super::stiff::Moved;
-use crate::math::Vector;
+use crate::math::{Abreast, Real, Vector};
 
 /// Steps whose errors add up to more than this [rad or m] are reported.
 const MOST_ERROR: f64 = 1e-3;
@@ -19,9 +19,7 @@ const ASTRAY: f64 = 0.01;
 pub(super) struct Resolution<const N: usize> {
     dt: f64,
     sums: Vector<N>,
-    /// The same for steps of RK4, and h/6 times the sum of their changes of velocity.
-    smooth_sums: Vector<N>,
-    swing: f64,
+    smooth: Smooth<N>,
     largest: f64,
     /// Where that was.
     worst: (f64, usize),
@@ -30,27 +28,72 @@ pub(super) struct Resolution<const N: usize> {
     lost: Option<(f64, (usize, Coarse))>,
 }
 
+/// What steps of RK4 add up to, in one run or in several side by side.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Smooth<const N: usize, T = f64> {
+    /// Their errors, and h/6 times their changes of velocity.
+    errors: Vector<N, T>,
+    swing: T,
+}
+
+impl<const N: usize, T: Real> Smooth<N, T> {
+    /// No step yet; `zero` is 0.
+    pub fn new(zero: T) -> Self {
+        Self { errors: Vector::repeat(zero), swing: zero }
+    }
+
+    /// Adds a step of `h` \[s\].
+    #[inline(always)]
+    pub fn add(&mut self, h: f64, start: &Motion<N, T>, moved: &Moved<N, T>) {
+        let mut change = self.swing.like(0.0);
+        for i in 0..N {
+            self.errors[i] += moved.error[i].abs();
+            change = change.or_larger((moved.motion.dq[i] - start.dq[i]).abs());
+        }
+        self.swing += self.swing.like(h / 6.0) * change;
+    }
+}
+
+impl<const N: usize> Smooth<N> {
+    /// RK4's own error is below the estimate, which is of order 3. It is smaller by about the share
+    /// of the estimate in the change of velocity: both fall with the step.
+    fn share(&self) -> f64 {
+        let estimate = self.errors.max();
+        if self.swing > 0.0 { (estimate / self.swing).min(1.0) } else { 1.0 }
+    }
+}
+
+impl<const N: usize> Smooth<N, Abreast> {
+    /// Whether what the steps of the run in this lane add up to is small enough to say nothing.
+    pub fn is_resolved(&self, lane: usize) -> bool {
+        let errors = Vector::<N>::from_fn(|i, _| self.errors[i].0[lane]);
+        let smooth = Smooth { errors, swing: self.swing.0[lane] };
+        let steps = Resolution { smooth, ..Resolution::new(0.0) };
+        steps.sum() <= MOST_ERROR
+    }
+}
+
 impl<const N: usize> Resolution<N> {
     /// Of steps of `dt` \[s\].
     pub fn new(dt: f64) -> Self {
-        let (sums, largest, worst) = (Vector::zeros(), 0.0, (0.0, 0));
-        let (smooth_sums, swing) = (sums, 0.0);
-        Self { dt, sums, smooth_sums, swing, largest, worst, astray: None, lost: None }
+        let (sums, smooth) = (Vector::zeros(), Smooth::new(0.0));
+        Self { dt, sums, smooth, largest: 0.0, worst: (0.0, 0), astray: None, lost: None }
     }
 
     /// Adds the step from `start` at time `t` \[s\].
     #[inline(always)]
     pub fn add(&mut self, t: f64, start: &Motion<N>, moved: &Moved<N>) {
-        let sums = if moved.stiff { &mut self.sums } else { &mut self.smooth_sums };
+        if !moved.stiff {
+            self.smooth.add(self.dt, start, moved);
+        }
         for i in 0..N {
             let error = moved.error[i].abs();
-            sums[i] += error;
+            if moved.stiff {
+                self.sums[i] += error;
+            }
             if error > self.largest {
                 (self.largest, self.worst) = (error, (t, i));
             }
-        }
-        if !moved.stiff {
-            self.swing += self.dt / 6.0 * (moved.motion.dq - start.dq).amax();
         }
         if self.astray.is_none() && self.largest > MOST_ERROR {
             let way = self.dt * moved.motion.dq.amax();
@@ -61,13 +104,9 @@ impl<const N: usize> Resolution<N> {
         }
     }
 
-    /// The sum of the errors of all steps, of the joint where it is largest. RK4's own error is
-    /// below the estimate, which is of order 3. It is smaller by about the share of the estimate in
-    /// the change of velocity: both fall with the step.
+    /// The sum of the errors of all steps, of the joint where it is largest.
     fn sum(&self) -> f64 {
-        let estimate = self.smooth_sums.max();
-        let share = if self.swing > 0.0 { (estimate / self.swing).min(1.0) } else { 1.0 };
-        (self.sums + self.smooth_sums * share).max()
+        (self.sums + self.smooth.errors * self.smooth.share()).max()
     }
 
     /// What to say of these steps if the run diverged after them.

@@ -67,6 +67,12 @@ record! {
 }
 
 impl<const N: usize> Run<N> {
+    /// A run that finished, of [`Record::Metrics`].
+    pub(super) fn of_metrics(metrics: [Metrics; N]) -> Option<Self> {
+        let empty = Self::with_room(0, Record::Motion, &[]).ok()?;
+        Some(Self { metrics: Some(metrics), ..empty })
+    }
+
     /// The signals that every record has; those of the compensator are in `own`.
     pub fn channels() -> impl Iterator<Item = &'static Channel> {
         Self::TABLE.iter().map(|(_, channel)| channel)

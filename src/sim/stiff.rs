@@ -30,7 +30,7 @@ use super::doubt::Coarse;
 use super::integrators::{Motion, RK4};
 use crate::arm::{Arm, Factor, Implicit, Posed, Resistance};
 use crate::control::{Law, Stage};
-use crate::math::{Matrix, Vector};
+use crate::math::{Matrix, Real, Vector};
 
 /// Rows 2 to 5 of ā, without their first column of zeros.
 const IMPLICIT: [[f64; 4]; 4] =
@@ -50,32 +50,32 @@ const STEADY: f64 = 5.0;
 
 /// Where a step led.
 #[derive(Clone, Copy, Debug)]
-pub struct Moved<const N: usize> {
+pub struct Moved<const N: usize, T = f64> {
     /// The motion at its end.
-    pub motion: Motion<N>,
+    pub motion: Motion<N, T>,
     /// An estimate of the error of the position \[rad\], from a method of lower order.
-    pub error: Vector<N>,
+    pub error: Vector<N, T>,
     /// Whether friction and stops were solved for.
     pub stiff: bool,
     /// The joint that the step could not follow, and in what.
     pub(super) lost: Option<(usize, Coarse)>,
 }
 
-impl<const N: usize> Moved<N> {
+impl<const N: usize, T: Real> Moved<N, T> {
     /// One step of RK4 of length `h` \[s\] from `start`, where q̈ = `ddq`.
     #[inline(always)]
     pub fn by_rk4(
         h: f64,
-        start: &Motion<N>,
-        ddq: &Vector<N>,
-        acceleration: impl FnMut(&Stage<'_>, &Motion<N>) -> Vector<N>,
+        start: &Motion<N, T>,
+        ddq: &Vector<N, T>,
+        acceleration: impl FnMut(&Stage<'_>, &Motion<N, T>) -> Vector<N, T>,
     ) -> Self {
-        let mut rates = [Motion::zeros(); 4];
-        rates[0] = Motion { q: start.dq, dq: *ddq };
+        let mut rates = [Motion { q: start.dq, dq: *ddq }; 4];
         RK4.stages(h, start, 1, &mut rates, acceleration);
         let motion = start.plus(h, &RK4.weights, &rates);
         // The method of order 3 whose last stage is the end of the step.
-        let error = (rates[3].q - motion.dq) * (h / 6.0);
+        let error =
+            Vector::from_fn(|n, _| (rates[3].q[n] - motion.dq[n]) * motion.dq[n].like(h / 6.0));
         Self { motion, error, stiff: false, lost: None }
     }
 }

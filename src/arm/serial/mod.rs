@@ -5,6 +5,8 @@
 //! is z and the next frame differs by two plane rotations. The recursions then cost one sine and
 //! cosine per joint and few products.
 
+#[cfg(feature = "std")]
+mod abreast;
 mod articulated;
 mod body;
 mod changes;
@@ -34,10 +36,15 @@ pub use unphysical::Unphysical;
 #[cfg(feature = "std")]
 pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
+#[cfg(feature = "std")]
+use crate::arm::ArmsAbreast;
 use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Result, finite, not_empty};
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::{Matrix, Vector};
-use joint::{Chain, Mass};
+pub(super) use joint::Chain;
+use joint::Mass;
 use place::{Of, PoseNames};
 use space::V3;
 use validate::validate_pose;
@@ -193,6 +200,18 @@ impl<const N: usize> Serial<N> {
         self.add_armature(tau, ddq_r)
     }
 
+    /// Whether its joints have neither friction nor stops.
+    #[cfg(feature = "std")]
+    pub(super) fn is_free(&self) -> bool {
+        !self.has_friction && !self.has_stops
+    }
+
+    /// The prepared chain.
+    #[cfg(feature = "std")]
+    pub(super) fn chain(&self) -> &Chain<N> {
+        &self.chain
+    }
+
     /// −g, the acceleration of the base that weighs as gravity does.
     #[inline(always)]
     fn upward(&self) -> V3 {
@@ -274,6 +293,11 @@ impl<const N: usize> Arm<N> for Serial<N> {
 
     fn stops(&self, q: &Vector<N>, dq: &Vector<N>) -> Vector<N> {
         self.add_stop_torques(Vector::zeros(), q, dq)
+    }
+
+    #[cfg(feature = "std")]
+    fn abreast(each: [&Self; LANES]) -> Option<ArmsAbreast<N>> {
+        ArmsAbreast::of_chains(each)
     }
 
     fn rigid_dynamics(

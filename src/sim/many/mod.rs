@@ -3,27 +3,29 @@
 //! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. Memory for a
 //! run is taken once a thread.
 
+mod abreast;
+mod estimators;
+
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::scope;
 use std::time::Duration;
 
-use super::options::Options;
+use self::abreast::{Course, Loops};
+use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
 use crate::arm::Arm;
-use crate::control::{Compensator, Controller, Law, State};
+use crate::control::{Compensator, Controller, Front, Law, State};
 use crate::effects::Effects;
 use crate::error::Result;
+use crate::math::LANES;
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
 /// `watch` is called this often.
 const WATCH_EVERY: Duration = Duration::from_millis(20);
-
-/// Runs that a thread takes at a time.
-const BATCH: usize = 8;
 
 /// What is other from one of many runs to the next.
 #[derive(Debug)]
@@ -67,7 +69,7 @@ where
     let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
     let (send, receive) = channel();
     scope(|threads_of| {
-        for _ in 0..threads.clamp(1, cases.len().div_ceil(BATCH).max(1)) {
+        for _ in 0..threads.clamp(1, cases.len().div_ceil(LANES).max(1)) {
             let (send, next, stop) = (send.clone(), &next, &stop);
             threads_of.spawn(move || work(cases, options, next, stop, &send));
         }
@@ -107,15 +109,62 @@ fn work<const N: usize, A, D, L, C, R, S>(
     S: Clone,
 {
     while !stop.load(Ordering::Relaxed) {
-        let first = next.fetch_add(BATCH, Ordering::Relaxed);
+        let first = next.fetch_add(LANES, Ordering::Relaxed);
         let Some(rest) = cases.get(first..).filter(|rest| !rest.is_empty()) else { return };
-        for (index, case) in (first..).zip(rest.iter().take(BATCH)) {
+        let batch = &rest[..rest.len().min(LANES)];
+        let together = abreast(batch, options, stop);
+        for ((index, case), run) in (first..).zip(batch).zip(together) {
             if stop.load(Ordering::Relaxed) {
                 return;
             }
+            let run = run.map_or_else(|| alone(case, options, stop), Ok);
             // Nobody listens any more where the caller panicked.
-            _ = send.send((index, alone(case, options, stop)));
+            _ = send.send((index, run));
         }
+    }
+}
+
+/// The runs of a batch that were made side by side.
+fn abreast<const N: usize, A, D, L, C, R, S>(
+    batch: &[Case<'_, N, A, D, L, C, R, S>],
+    options: &Options<N>,
+    stop: &AtomicBool,
+) -> [Option<Run<N>>; LANES]
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    R: Reference<N>,
+    S: Clone,
+{
+    let nothing = [const { None }; LANES];
+    let (Some(cases), Some(course)) = (batch.first_chunk(), course(options, stop)) else {
+        return nothing;
+    };
+    let plain = |case: &Case<'_, N, A, D, L, C, R, S>| {
+        !case.plant.changes()
+            && !case.effects.is_on()
+            && case.controller.front == Front::default()
+            && !case.controller.limits.limits_rate()
+            && !case.controller.compensator.sampled_only()
+    };
+    if !cases.iter().all(plain) {
+        return nothing;
+    }
+    let Some(loops) = Loops::new(cases.each_ref()) else { return nothing };
+    loops.run(course).map(|metrics| metrics.and_then(Run::of_metrics))
+}
+
+/// The course of runs that can go side by side, where options are valid.
+fn course<'a, const N: usize>(options: &Options<N>, stop: &'a AtomicBool) -> Option<Course<'a>> {
+    let Options { dt: h, record_every: every, method, control_period, record, .. } = *options;
+    let (steps, _) = options.steps().ok()?;
+    match (method, control_period, record) {
+        (Method::Rk4, None, Record::Metrics(window)) => {
+            Some(Course { steps, h, every, window, stop })
+        }
+        _ => None,
     }
 }
 
