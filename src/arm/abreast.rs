@@ -1,9 +1,11 @@
 //! Arms of one kind side by side, an arm a lane.
 
+use pulp::Simd;
+
 use super::serial::Chain;
 use super::two_link::Planar;
 use super::{Factor, Serial, TwoLink};
-use crate::math::{Abreast, LANES, Matrix, Real, Vector};
+use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector};
 
 /// Arms of one kind side by side, without friction and stops.
 #[derive(Clone, Debug)]
@@ -42,62 +44,90 @@ impl<const N: usize> ArmsAbreast<N> {
         Some(Self(Kind::Chain(Box::new(chain))))
     }
 
-    /// M(q) and H(q, q̇) = C q̇ + G of each.
+    /// M(q) and H(q, q̇) = C q̇ + G of a part of them.
     #[inline(always)]
-    pub fn mass_matrix_and_bias(
+    pub(crate) fn mass_matrix_and_bias<S: Simd>(
         &self,
-        q: &Vector<N, Abreast>,
-        dq: &Vector<N, Abreast>,
-    ) -> (Matrix<N, Abreast>, Vector<N, Abreast>) {
+        (simd, part): (S, usize),
+        q: &Vector<N, Register<S>>,
+        dq: &Vector<N, Register<S>>,
+    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
         match &self.0 {
             Kind::TwoLink(arms) => {
-                let (q, dq) = (two(q), two(dq));
+                let (arms, q, dq) = (arms.load(simd, part), two(q), two(dq));
                 let trig = q[1].sin_cos();
-                let (mass, bias) = (arms.mass(trig.1), arms.rigid_at(q[0], trig, &dq));
-                let mass = Matrix::from_fn(|i, j| mass[(i.min(1), j.min(1))]);
+                let (own, bias) = (arms.mass(trig.1), arms.rigid_at(q[0], trig, &dq));
+                let mut mass = Matrix::<N, _>::repeat(own[(0, 0)]);
+                for i in 0..N {
+                    for j in 0..N {
+                        mass[(i, j)] = own[(i.min(1), j.min(1))];
+                    }
+                }
                 (mass, back(&bias))
             }
             Kind::Chain(chain) => {
+                let chain = chain.load(simd, part);
                 let turns = chain.turns(q);
                 (chain.mass_matrices(&turns), chain.bias(&turns, dq))
             }
         }
     }
 
-    /// q̈ = M⁻¹(τ − H) of each.
+    /// q̈ = M⁻¹(τ − H) of a part of them.
     #[inline(always)]
-    pub fn forward_dynamics(
+    pub(crate) fn forward_dynamics<S: Simd>(
         &self,
-        q: &Vector<N, Abreast>,
-        dq: &Vector<N, Abreast>,
-        tau: &Vector<N, Abreast>,
-    ) -> Vector<N, Abreast> {
+        (simd, part): (S, usize),
+        q: &Vector<N, Register<S>>,
+        dq: &Vector<N, Register<S>>,
+        tau: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
         match &self.0 {
             Kind::TwoLink(arms) => {
-                let (q, dq) = (two(q), two(dq));
+                let (arms, q, dq, tau) = (arms.load(simd, part), two(q), two(dq), two(tau));
                 let trig = q[1].sin_cos();
                 let bias = arms.rigid_at(q[0], trig, &dq);
-                let tau = two(tau);
                 back(&arms.solve(trig, [tau[0] - bias[0], tau[1] - bias[1]]))
             }
             Kind::Chain(chain) => {
+                let chain = chain.load(simd, part);
                 let turns = chain.turns(q);
-                let bias = chain.bias(&turns, dq);
-                let net = Vector::from_fn(|i, _| tau[i] - bias[i]);
+                let (bias, mut net) = (chain.bias(&turns, dq), *tau);
+                for n in 0..N {
+                    net[n] -= bias[n];
+                }
                 Factor::of(&chain.mass_matrices(&turns)).solve(&net)
             }
         }
     }
 }
 
+impl Load for Planar<Abreast> {
+    type In<S: Simd> = Planar<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        Planar {
+            theta: self.theta.load(simd, part),
+            det_0: self.det_0.load(simd, part),
+            weight: self.weight.load(simd, part),
+            has_gravity: self.has_gravity,
+        }
+    }
+}
+
 /// The entries of two joints. Nothing is left of this where `N` is 2; elsewhere nobody asks.
 #[inline(always)]
-fn two<const N: usize>(x: &Vector<N, Abreast>) -> Vector<2, Abreast> {
-    Vector::<2, Abreast>::from_fn(|i, _| x[i.min(N - 1)])
+fn two<const N: usize, T: Real>(x: &Vector<N, T>) -> Vector<2, T> {
+    Vector::<2, T>::new(x[0], x[1.min(N - 1)])
 }
 
 /// The way back.
 #[inline(always)]
-fn back<const N: usize>(x: &Vector<2, Abreast>) -> Vector<N, Abreast> {
-    Vector::from_fn(|i, _| x[i.min(1)])
+fn back<const N: usize, T: Real>(x: &Vector<2, T>) -> Vector<N, T> {
+    let mut all = Vector::<N, T>::repeat(x[0]);
+    for n in 1..N {
+        all[n] = x[1];
+    }
+    all
 }

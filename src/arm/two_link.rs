@@ -49,7 +49,7 @@ impl Default for TwoLinkParameters {
 
 /// The numbers of the closed form, of one arm or of several side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Planar<T = f64> {
+pub(crate) struct Planar<T = f64> {
     /// θ₁, θ₂, θ₃ [kg·m²].
     pub theta: [T; 3],
     /// det M where sin q₂ = 0 [kg²·m⁴].

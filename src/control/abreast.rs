@@ -1,9 +1,11 @@
 //! Computed torque of several controllers side by side, a controller a lane.
 
+use pulp::Simd;
+
 use super::computed_torque::{computed, feedback};
 use super::{ComputedTorque, Demand, Feedback, Gains, Sample};
 use crate::arm::{Arm, ArmsAbreast};
-use crate::math::{Abreast, LANES, Vector};
+use crate::math::{Abreast, LANES, Load, Register, Vector};
 
 /// Laws of computed torque side by side, for many runs at a time.
 #[derive(Clone, Debug)]
@@ -27,14 +29,16 @@ impl<const N: usize> LawsAbreast<N> {
         Some(Self { arms, kp: gain(|gains| &gains.kp), kv: gain(|gains| &gains.kv) })
     }
 
-    /// As [`Law::torque`](super::Law::torque) of each.
+    /// As [`Law::torque`](super::Law::torque) of a part of them.
     #[inline(always)]
-    pub fn torque(
+    pub(crate) fn torque<S: Simd>(
         &self,
-        seen: &Sample<N, Abreast>,
-        rho_hat: &Vector<N, Abreast>,
-    ) -> Demand<N, Abreast> {
-        let dynamics = self.arms.mass_matrix_and_bias(&seen.q, &seen.dq);
-        computed(dynamics, feedback(&self.kp, &self.kv, seen), rho_hat)
+        (simd, part): (S, usize),
+        seen: &Sample<N, Register<S>>,
+        rho_hat: &Vector<N, Register<S>>,
+    ) -> Demand<N, Register<S>> {
+        let dynamics = self.arms.mass_matrix_and_bias((simd, part), &seen.q, &seen.dq);
+        let (kp, kv) = (self.kp.load(simd, part), self.kv.load(simd, part));
+        computed(dynamics, feedback(&kp, &kv, seen), rho_hat)
     }
 }

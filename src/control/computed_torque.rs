@@ -93,7 +93,11 @@ pub(super) fn feedback<const N: usize, T: Real>(
     kv: &[T; N],
     Sample { desired, e, de, .. }: &Sample<N, T>,
 ) -> Vector<N, T> {
-    Vector::from_fn(|n, _| desired.ddq[n] - kv[n] * de[n] - kp[n] * e[n])
+    let mut v = desired.ddq;
+    for n in 0..N {
+        v[n] = desired.ddq[n] - kv[n] * de[n] - kp[n] * e[n];
+    }
+    v
 }
 
 impl<const N: usize> Feedback<N> for Gains<N> {
@@ -137,9 +141,11 @@ pub(super) fn computed<const N: usize, T: Real>(
     v: Vector<N, T>,
     rho_hat: &Vector<N, T>,
 ) -> Demand<N, T> {
-    let (asked, estimated) = (product(&mass, &v), product(&mass, rho_hat));
-    let model = Vector::from_fn(|n, _| asked[n] + bias[n]);
-    let compensation = Vector::from_fn(|n, _| -estimated[n]);
+    let (mut model, mut compensation) = (product(&mass, &v), product(&mass, rho_hat));
+    for n in 0..N {
+        model[n] += bias[n];
+        compensation[n] = -compensation[n];
+    }
     Demand { model, compensation, v }
 }
 

@@ -38,17 +38,24 @@ impl<const N: usize, T: Real> Limits<N, T> {
     /// The nearest torque inside the effort limit.
     #[inline(always)]
     pub fn clamp(&self, tau: &Vector<N, T>) -> Vector<N, T> {
-        Vector::<N, T>::from_fn(|n, _| bound(tau[n], -self.effort_limit[n], self.effort_limit[n]))
+        let mut within = *tau;
+        for n in 0..N {
+            within[n] = bound(tau[n], -self.effort_limit[n], self.effort_limit[n]);
+        }
+        within
     }
 
     /// The nearest torque inside both limits, `dt` \[s\] after `last` was applied.
     #[inline(always)]
     pub fn clamp_after(&self, last: &Vector<N, T>, tau: &Vector<N, T>, dt: f64) -> Vector<N, T> {
-        Vector::<N, T>::from_fn(|n, _| {
+        let mut within = *tau;
+        for n in 0..N {
             let change = self.effort_rate_limit[n] * tau[n].like(dt);
             let limit = self.effort_limit[n];
-            bound(bound(tau[n], last[n] - change, last[n] + change), -limit, limit)
-        })
+            let near = bound(tau[n], last[n] - change, last[n] + change);
+            within[n] = bound(near, -limit, limit);
+        }
+        within
     }
 }
 

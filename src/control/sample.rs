@@ -37,12 +37,15 @@ impl<const N: usize, T: Real> Sample<N, T> {
         desired: Setpoint<N, T>,
         wraps: &[bool; N],
     ) -> Self {
-        let mut e = Vector::<N, T>::from_fn(|n, _| q[n] - desired.q[n]);
+        let (mut e, mut de) = (q, dq);
+        for n in 0..N {
+            e[n] -= desired.q[n];
+            de[n] -= desired.dq[n];
+        }
         // One test for all joints: most arms have no continuous joint.
         if wraps.iter().fold(false, |any, wraps| any | wraps) {
             e = around_where(wraps, &e);
         }
-        let de = Vector::<N, T>::from_fn(|n, _| dq[n] - desired.dq[n]);
         Self { q, dq, desired, e, de }
     }
 }
@@ -50,5 +53,11 @@ impl<const N: usize, T: Real> Sample<N, T> {
 /// The error of the joints that wrap around the circle. A cold path: most arms have no such joints.
 #[inline(never)]
 fn around_where<const N: usize, T: Real>(wraps: &[bool; N], e: &Vector<N, T>) -> Vector<N, T> {
-    Vector::<N, T>::from_fn(|n, _| if wraps[n] { e[n].around() } else { e[n] })
+    let mut around = *e;
+    for n in 0..N {
+        if wraps[n] {
+            around[n] = e[n].around();
+        }
+    }
+    around
 }

@@ -3,11 +3,21 @@
 //!
 //! The platform's `exp` or `sin` differs between C libraries; these come from the `libm` crate.
 
+#[cfg(feature = "std")]
 mod abreast;
 mod real;
+#[cfg(feature = "std")]
+mod register;
+#[cfg(feature = "std")]
+mod sines;
 
-pub use abreast::Abreast;
+#[cfg(feature = "std")]
+pub(crate) use abreast::Abreast;
 pub use real::Real;
+#[cfg(feature = "std")]
+pub(crate) use register::store;
+#[cfg(feature = "std")]
+pub(crate) use register::{Load, Register};
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -96,13 +106,15 @@ pub(crate) fn product<const N: usize, T: Real>(
     matrix: &Matrix<N, T>,
     x: &Vector<N, T>,
 ) -> Vector<N, T> {
-    Vector::from_fn(|i, _| {
+    let mut product = *x;
+    for i in 0..N {
         let mut sum = matrix[(i, 0)] * x[0];
         for j in 1..N {
             sum += matrix[(i, j)] * x[j];
         }
-        sum
-    })
+        product[i] = sum;
+    }
+    product
 }
 
 /// What [`fnv`] starts from.

@@ -150,19 +150,26 @@ impl<const N: usize, T: Real> Motion<N, T> {
     /// read half of each as one register. That misses store forwarding when both were just written.
     #[inline(always)]
     pub fn plus(&self, h: f64, coefficients: &[f64], rates: &[Self]) -> Self {
-        let sum = |part: fn(&Self) -> &Vector<N, T>| {
-            let start = part(self);
-            let mut sum = Vector::<N, T>::from_fn(|n, _| start[n].like(0.0));
+        let Self { mut q, mut dq } = *self;
+        for n in 0..N {
+            let mut sum = q[n].like(0.0);
             for (c, rate) in coefficients.iter().zip(rates) {
                 if *c != 0.0 {
-                    for n in 0..N {
-                        sum[n] += part(rate)[n] * start[n].like(*c);
-                    }
+                    sum += rate.q[n] * sum.like(*c);
                 }
             }
-            Vector::<N, T>::from_fn(|n, _| start[n] + sum[n] * start[n].like(h))
-        };
-        Self { q: sum(|motion| &motion.q), dq: sum(|motion| &motion.dq) }
+            q[n] += sum * sum.like(h);
+        }
+        for n in 0..N {
+            let mut sum = dq[n].like(0.0);
+            for (c, rate) in coefficients.iter().zip(rates) {
+                if *c != 0.0 {
+                    sum += rate.dq[n] * sum.like(*c);
+                }
+            }
+            dq[n] += sum * sum.like(h);
+        }
+        Self { q, dq }
     }
 }
 
@@ -217,10 +224,22 @@ impl<const S: usize> Tableau<S> {
         mut acceleration: impl FnMut(&Stage<'_>, &Motion<N, T>) -> Vector<N, T>,
     ) {
         for i in first..S {
-            let motion = start.plus(h, &self.rows[i][..i], &rates[..i]);
+            let motion = self.at(i, h, start, rates);
             let ddq = acceleration(&self.stage(i, h), &motion);
             rates[i] = Motion { q: motion.dq, dq: ddq };
         }
+    }
+
+    /// The motion at stage i of a step of length `h` \[s\], from the rates at those before.
+    #[inline(always)]
+    pub fn at<const N: usize, T: Real>(
+        &self,
+        i: usize,
+        h: f64,
+        start: &Motion<N, T>,
+        rates: &[Motion<N, T>; S],
+    ) -> Motion<N, T> {
+        start.plus(h, &self.rows[i][..i], &rates[..i])
     }
 
     /// Row i as a compensator wants it.

@@ -62,83 +62,56 @@ pub fn metrics<const N: usize>(
 /// kept but the last one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Figures<const N: usize, T = f64> {
+    rows: Rows,
+    pub joints: [Sums<T>; N],
+}
+
+/// The rows in the window so far.
+#[derive(Clone, Copy, Debug)]
+struct Rows {
     window: Window,
-    rows: f64,
-    /// Times of the first row in the window and of the last one \[s\].
+    count: f64,
+    /// Times of the first and of the last one \[s\].
     first: f64,
     last: f64,
-    joints: [Sums<T>; N],
 }
 
-/// What the figures of a joint are made of.
+/// A row in the window.
 #[derive(Clone, Copy, Debug)]
-struct Sums<T> {
-    /// t |e| of the last row, t from the first, and its torque.
-    ramp: T,
-    torque: T,
-    squares: T,
-    largest: T,
-    ramps: T,
-    /// Time of the row after the last one outside the band, from the first; infinite after one.
-    settled: T,
-    torque_squares: T,
-    largest_torque: T,
-    changes: T,
+pub(super) struct Row {
+    begun: bool,
+    /// Time since the first row, and since the one before \[s\].
+    since: f64,
+    dt: f64,
+    band: f64,
 }
 
-impl<const N: usize, T: Real> Figures<N, T> {
+impl<const N: usize, T: Copy> Figures<N, T> {
     /// Those of no row yet; `zero` is 0.
     pub fn over(window: Window, zero: T) -> Self {
-        let none = Sums {
-            ramp: zero,
-            torque: zero,
-            squares: zero,
-            largest: zero,
-            ramps: zero,
-            settled: zero,
-            torque_squares: zero,
-            largest_torque: zero,
-            changes: zero,
-        };
-        Self { window, rows: 0.0, first: 0.0, last: 0.0, joints: [none; N] }
+        let rows = Rows { window, count: 0.0, first: 0.0, last: 0.0 };
+        Self { rows, joints: [Sums::of([zero; SUMS]); N] }
     }
 
-    /// Adds a row at time `t` \[s\], later than those before, if it is in the window.
+    /// Begins a row at time `t` \[s\], later than those before; `None` if it is not in the window.
     #[inline(always)]
-    pub fn add(&mut self, t: f64, e: &Vector<N, T>, tau: &Vector<N, T>) {
-        if !(self.window.from <= t && t <= self.window.to) {
-            return;
+    pub fn row(&mut self, t: f64) -> Option<Row> {
+        let Rows { window, count, first, last } = &mut self.rows;
+        if !(window.from <= t && t <= window.to) {
+            return None;
         }
-        let begun = self.rows > 0.0;
+        let begun = *count > 0.0;
         if !begun {
-            self.first = t;
+            *first = t;
         }
-        let (since, dt) = (t - self.first, t - self.last);
-        for n in 0..N {
-            let (error, torque, sums) = (e[n].abs(), tau[n], &mut self.joints[n]);
-            let like = |x: f64| error.like(x);
-            let ramp = like(since) * error;
-            if begun {
-                sums.ramps += like(0.5 * dt) * (sums.ramp + ramp);
-                sums.changes += (torque - sums.torque).abs();
-                // The row before was the last one outside so far.
-                sums.settled = sums.settled.if_less(like(f64::INFINITY), sums.settled, like(since));
-            }
-            sums.squares += error * error;
-            sums.largest = sums.largest.or_larger(error);
-            sums.torque_squares += torque * torque;
-            sums.largest_torque = sums.largest_torque.or_larger(torque.abs());
-            let outside = like(f64::INFINITY);
-            sums.settled = like(self.window.band).if_less(error, outside, sums.settled);
-            (sums.ramp, sums.torque) = (ramp, torque);
-        }
-        (self.last, self.rows) = (t, self.rows + 1.0);
+        let row = Row { begun, since: t - *first, dt: t - *last, band: window.band };
+        (*last, *count) = (t, *count + 1.0);
+        Some(row)
     }
 
-    /// The figures of the run in a lane, of which `of` gives the number; `None` if no row was in
-    /// the window.
+    /// The figures of the run of which `of` gives the numbers; `None` if no row was in the window.
     pub fn finish(&self, of: impl Fn(T) -> f64) -> Option<[Metrics; N]> {
-        let (count, length) = (self.rows, self.last - self.first);
+        let (count, length) = (self.rows.count, self.rows.last - self.rows.first);
         let figures = self.joints.map(|sums| Metrics {
             rms_e: sqrt(of(sums.squares) / count),
             max_abs_e: of(sums.largest),
@@ -154,5 +127,87 @@ impl<const N: usize, T: Real> Figures<N, T> {
             torque_variation: if length > 0.0 { of(sums.changes) / length } else { 0.0 },
         });
         (count > 0.0).then_some(figures)
+    }
+}
+
+impl<const N: usize> Figures<N> {
+    /// Adds a row at time `t` \[s\], later than those before, if it is in the window.
+    #[inline]
+    pub fn add(&mut self, t: f64, e: &Vector<N>, tau: &Vector<N>) {
+        if let Some(row) = self.row(t) {
+            for n in 0..N {
+                self.joints[n].add(&row, e[n], tau[n]);
+            }
+        }
+    }
+}
+
+/// Numbers in [`Sums`].
+pub(super) const SUMS: usize = 9;
+
+/// What the figures of a joint are made of.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sums<T> {
+    /// t |e| of the last row, t from the first, and its torque.
+    ramp: T,
+    torque: T,
+    squares: T,
+    largest: T,
+    ramps: T,
+    /// Time of the row after the last one outside the band, from the first; infinite after one.
+    settled: T,
+    torque_squares: T,
+    largest_torque: T,
+    changes: T,
+}
+
+impl<T> Sums<T> {
+    /// From its numbers.
+    #[inline(always)]
+    pub fn of(numbers: [T; SUMS]) -> Self {
+        let [ramp, torque, squares, largest, ramps, settled, rest @ ..] = numbers;
+        let [torque_squares, largest_torque, changes] = rest;
+        Self {
+            ramp,
+            torque,
+            squares,
+            largest,
+            ramps,
+            settled,
+            torque_squares,
+            largest_torque,
+            changes,
+        }
+    }
+
+    /// Its numbers.
+    #[inline(always)]
+    pub fn numbers(self) -> [T; SUMS] {
+        let Self { ramp, torque, squares, largest, ramps, settled, .. } = self;
+        let Self { torque_squares, largest_torque, changes, .. } = self;
+        [ramp, torque, squares, largest, ramps, settled, torque_squares, largest_torque, changes]
+    }
+}
+
+impl<T: Real> Sums<T> {
+    /// Adds a row.
+    #[inline(always)]
+    pub fn add(&mut self, row: &Row, e: T, torque: T) {
+        let error = e.abs();
+        let since = e.like(row.since);
+        let ramp = since * error;
+        let outside = e.like(f64::INFINITY);
+        if row.begun {
+            self.ramps += e.like(0.5 * row.dt) * (self.ramp + ramp);
+            self.changes += (torque - self.torque).abs();
+            // The row before was the last one outside so far.
+            self.settled = self.settled.if_less(outside, self.settled, since);
+        }
+        self.squares += error * error;
+        self.largest = self.largest.or_larger(error);
+        self.torque_squares += torque * torque;
+        self.largest_torque = self.largest_torque.or_larger(torque.abs());
+        self.settled = e.like(row.band).if_less(error, outside, self.settled);
+        (self.ramp, self.torque) = (ramp, torque);
     }
 }

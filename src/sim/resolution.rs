@@ -1,6 +1,8 @@
 //! How well the steps of a run follow the motion: the sum of their estimated errors, and what they
 //! could not follow.
 
+use nalgebra::Scalar;
+
 use super::doubt::{Coarse, Doubt};
 use super::integrators::Motion;
 use super::stiff::Moved;
@@ -32,16 +34,18 @@ pub(super) struct Resolution<const N: usize> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Smooth<const N: usize, T = f64> {
     /// Their errors, and h/6 times their changes of velocity.
-    errors: Vector<N, T>,
-    swing: T,
+    pub errors: Vector<N, T>,
+    pub swing: T,
+}
+
+impl<const N: usize, T: Scalar> Smooth<N, T> {
+    /// No step yet; `zero` is 0.
+    pub fn new(zero: T) -> Self {
+        Self { errors: Vector::<N, T>::repeat(zero.clone()), swing: zero }
+    }
 }
 
 impl<const N: usize, T: Real> Smooth<N, T> {
-    /// No step yet; `zero` is 0.
-    pub fn new(zero: T) -> Self {
-        Self { errors: Vector::repeat(zero), swing: zero }
-    }
-
     /// Adds a step of `h` \[s\].
     #[inline(always)]
     pub fn add(&mut self, h: f64, start: &Motion<N, T>, moved: &Moved<N, T>) {

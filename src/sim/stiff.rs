@@ -72,10 +72,18 @@ impl<const N: usize, T: Real> Moved<N, T> {
     ) -> Self {
         let mut rates = [Motion { q: start.dq, dq: *ddq }; 4];
         RK4.stages(h, start, 1, &mut rates, acceleration);
-        let motion = start.plus(h, &RK4.weights, &rates);
+        Self::of_rates(h, start, &rates)
+    }
+
+    /// Where a step of RK4 led whose stages had these rates.
+    #[inline(always)]
+    pub fn of_rates(h: f64, start: &Motion<N, T>, rates: &[Motion<N, T>; 4]) -> Self {
+        let motion = start.plus(h, &RK4.weights, rates);
         // The method of order 3 whose last stage is the end of the step.
-        let error =
-            Vector::from_fn(|n, _| (rates[3].q[n] - motion.dq[n]) * motion.dq[n].like(h / 6.0));
+        let mut error = rates[3].q;
+        for n in 0..N {
+            error[n] = (rates[3].q[n] - motion.dq[n]) * motion.dq[n].like(h / 6.0);
+        }
         Self { motion, error, stiff: false, lost: None }
     }
 }

@@ -2,7 +2,8 @@
 
 use super::joint::{Chain, Joint, Mass};
 use super::space::{Sym3, Turn, V3};
-use crate::math::{Abreast, LANES, Vector};
+use crate::math::{Abreast, LANES, Load, Real, Register, Vector};
+use pulp::Simd;
 
 impl<const N: usize> Chain<N, Abreast> {
     /// Chains whose joints are of the same kinds; `None` if they are not.
@@ -17,12 +18,77 @@ impl<const N: usize> Chain<N, Abreast> {
             ground_energy: first.ground_energy,
         })
     }
+}
 
+impl<const N: usize, T: Real> Chain<N, T> {
     /// C q̇ + G.
     #[inline(always)]
-    pub fn bias(&self, turns: &[Turn<Abreast>; N], dq: &Vector<N, Abreast>) -> Vector<N, Abreast> {
+    pub fn bias(&self, turns: &[Turn<T>; N], dq: &Vector<N, T>) -> Vector<N, T> {
         let up = V3::zero_like(self.gravity.x) - self.gravity;
         self.inverse(turns, dq, None, up)
+    }
+}
+
+impl<const N: usize> Load for Chain<N, Abreast> {
+    type In<S: Simd> = Chain<N, Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let mut joints = [self.joints[0].load(simd, part); N];
+        for i in 1..N {
+            joints[i] = self.joints[i].load(simd, part);
+        }
+        let (base, tip, ground_energy) = (self.base, self.tip, self.ground_energy);
+        Chain { joints, base, tip, gravity: self.gravity.load(simd, part), ground_energy }
+    }
+}
+
+impl Load for Joint<Abreast> {
+    type In<S: Simd> = Joint<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Self { revolute, rest, mass, armature, friction, user } = self;
+        Joint {
+            revolute: *revolute,
+            rest: rest.load(simd, part),
+            mass: mass.load(simd, part),
+            armature: armature.load(simd, part),
+            friction: *friction,
+            user: *user,
+        }
+    }
+}
+
+impl Load for V3<Abreast> {
+    type In<S: Simd> = V3<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Self { x, y, z } = self;
+        V3::new(x.load(simd, part), y.load(simd, part), z.load(simd, part))
+    }
+}
+
+impl Load for Turn<Abreast> {
+    type In<S: Simd> = Turn<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let [ca, sa, c, s] = [self.ca, self.sa, self.c, self.s].load(simd, part);
+        Turn { ca, sa, c, s, p: self.p.load(simd, part) }
+    }
+}
+
+impl Load for Mass<Abreast> {
+    type In<S: Simd> = Mass<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Sym3 { xx, yy, zz, xy, xz, yz } = self.sigma;
+        let [xx, yy, zz, xy, xz, yz] = [xx, yy, zz, xy, xz, yz].load(simd, part);
+        let sigma = Sym3 { xx, yy, zz, xy, xz, yz };
+        Mass { m: self.m.load(simd, part), h: self.h.load(simd, part), sigma }
     }
 }
 

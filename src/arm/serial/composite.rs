@@ -9,7 +9,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::inverse::Wrench;
 use super::joint::{Chain, Mass};
 use super::space::{Turn, V3};
-use crate::math::{Abreast, LANES, Line, Matrix, Real};
+use crate::math::{LANES, Line, Matrix, Real};
 
 /// Line k has a one in lane k.
 static ONES: [Line; LANES] = {
@@ -148,12 +148,12 @@ impl<const N: usize> Chain<N> {
     }
 }
 
-impl<const N: usize> Chain<N, Abreast> {
+impl<const N: usize, T: Real> Chain<N, T> {
     /// The same of arms side by side, where a lane is an arm and no column.
     #[inline(always)]
-    pub fn mass_matrices(&self, turns: &[Turn<Abreast>; N]) -> Matrix<N, Abreast> {
+    pub fn mass_matrices(&self, turns: &[Turn<T>; N]) -> Matrix<N, T> {
         let zero = V3::zero_like(self.gravity.x);
-        let mut m = Matrix::<N, Abreast>::repeat(zero.x);
+        let mut m = Matrix::<N, T>::repeat(zero.x);
         let mut columns = [Wrench { f: zero, n: zero }; N];
         let mut body = self.joints[N - 1].mass;
         for i in (0..N).rev() {

@@ -15,7 +15,7 @@ use crate::math::{Matrix, Real, Vector, sqrt};
 
 /// m, h and Σ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::arm) struct Mass<T = f64> {
+pub(crate) struct Mass<T = f64> {
     pub m: T,
     pub h: V3<T>,
     pub sigma: Sym3<T>,
@@ -52,7 +52,7 @@ impl<T: Real> Mass<T> {
 
 /// A joint and the link that it moves, prepared.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::arm) struct Joint<T = f64> {
+pub(crate) struct Joint<T = f64> {
     pub revolute: bool,
     /// The frame in the one before at q = 0.
     pub rest: Turn<T>,
@@ -81,7 +81,7 @@ impl<T: Real> Joint<T> {
 
 /// The prepared chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::arm) struct Chain<const N: usize, T = f64> {
+pub(crate) struct Chain<const N: usize, T = f64> {
     pub joints: [Joint<T>; N],
     /// The prepared base's axes in the user's: x_base = B x.
     pub base: Matrix<3>,
@@ -135,7 +135,7 @@ impl<const N: usize, T: Real> Chain<N, T> {
     /// The frames at q.
     #[inline(always)]
     pub fn turns(&self, q: &Vector<N, T>) -> [Turn<T>; N] {
-        let mut turns = self.joints.each_ref().map(|joint| joint.rest);
+        let mut turns = [self.joints[0].rest; N];
         for i in 0..N {
             turns[i] = self.joints[i].turn(q[i]);
         }

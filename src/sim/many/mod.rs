@@ -4,6 +4,7 @@
 //! run is taken once a thread.
 
 mod abreast;
+mod bodies;
 mod estimators;
 
 use core::ops::ControlFlow;
@@ -13,6 +14,7 @@ use std::thread::scope;
 use std::time::Duration;
 
 use self::abreast::{Course, Loops};
+use super::metrics::Window;
 use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
@@ -139,7 +141,7 @@ where
     S: Clone,
 {
     let nothing = [const { None }; LANES];
-    let (Some(cases), Some(course)) = (batch.first_chunk(), course(options, stop)) else {
+    let (Some(cases), Some((course, window))) = (batch.first_chunk(), course(options, stop)) else {
         return nothing;
     };
     let plain = |case: &Case<'_, N, A, D, L, C, R, S>| {
@@ -152,17 +154,20 @@ where
     if !cases.iter().all(plain) {
         return nothing;
     }
-    let Some(loops) = Loops::new(cases.each_ref()) else { return nothing };
+    let Some(loops) = Loops::new(cases.each_ref(), window) else { return nothing };
     loops.run(course).map(|metrics| metrics.and_then(Run::of_metrics))
 }
 
 /// The course of runs that can go side by side, where options are valid.
-fn course<'a, const N: usize>(options: &Options<N>, stop: &'a AtomicBool) -> Option<Course<'a>> {
+fn course<'a, const N: usize>(
+    options: &Options<N>,
+    stop: &'a AtomicBool,
+) -> Option<(Course<'a>, Window)> {
     let Options { dt: h, record_every: every, method, control_period, record, .. } = *options;
     let (steps, _) = options.steps().ok()?;
     match (method, control_period, record) {
         (Method::Rk4, None, Record::Metrics(window)) => {
-            Some(Course { steps, h, every, window, stop })
+            Some((Course { steps, h, every, stop }, window))
         }
         _ => None,
     }
