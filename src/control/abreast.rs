@@ -1,9 +1,11 @@
-//! Computed torque of several controllers side by side, a controller a lane.
+//! Controllers of eight runs side by side, a controller a lane: computed torque, and what
+//! compensates.
 
 use pulp::Simd;
 
 use super::computed_torque::{computed, feedback};
-use super::{ComputedTorque, Demand, Feedback, Gains, Sample};
+use super::fuzzy_compensator::PerJoint;
+use super::{ComputedTorque, Demand, Feedback, Gains, Sample, Stage};
 use crate::arm::{Arm, ArmsAbreast};
 use crate::math::{Abreast, LANES, Load, Register, Vector};
 
@@ -40,5 +42,62 @@ impl<const N: usize> LawsAbreast<N> {
         let dynamics = self.arms.mass_matrix_and_bias((simd, part), &seen.q, &seen.dq);
         let (kp, kv) = (self.kp.load(simd, part), self.kv.load(simd, part));
         computed(dynamics, feedback(&kp, &kv, seen), rho_hat)
+    }
+}
+
+/// Compensators of eight runs side by side, with their states.
+#[derive(Clone, Debug)]
+pub struct EstimatorsAbreast<const N: usize>(Kind<N>);
+
+#[derive(Clone, Debug)]
+enum Kind<const N: usize> {
+    None(Vector<N, Abreast>),
+    PerJoint(Box<PerJoint<N>>),
+}
+
+impl<const N: usize> EstimatorsAbreast<N> {
+    /// None at all: ρ̂ = 0.
+    pub(crate) fn none() -> Self {
+        Self(Kind::None(Vector::<N, Abreast>::repeat(Abreast::all(0.0))))
+    }
+
+    /// A grid a joint.
+    pub(super) fn per_joint(all: PerJoint<N>) -> Self {
+        Self(Kind::PerJoint(Box::new(all)))
+    }
+
+    /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
+    pub(crate) fn estimate(
+        &mut self,
+        stage: &Stage<'_>,
+        seen: &Sample<N, Abreast>,
+        lost: &mut Abreast,
+    ) -> &Vector<N, Abreast> {
+        match &mut self.0 {
+            Kind::None(zeros) => zeros,
+            Kind::PerJoint(all) => {
+                all.estimate(stage, seen, lost);
+                &all.estimate
+            }
+        }
+    }
+
+    /// As [`Compensator::acted`](super::Compensator::acted) of each.
+    pub(crate) fn acted(
+        &mut self,
+        index: usize,
+        asked: &Vector<N, Abreast>,
+        applied: &Vector<N, Abreast>,
+    ) {
+        if let Kind::PerJoint(all) = &mut self.0 {
+            all.acted(index, asked, applied);
+        }
+    }
+
+    /// As [`Compensator::advance`](super::Compensator::advance) of each.
+    pub(crate) fn advance(&mut self, end: &Stage<'_>) {
+        if let Kind::PerJoint(all) = &mut self.0 {
+            all.advance(end);
+        }
     }
 }

@@ -1,8 +1,12 @@
 //! What a compensator is: `ρ̂` at the stages of a Runge-Kutta step, and a memory that moves with
 //! the step.
 
+#[cfg(feature = "std")]
+use super::EstimatorsAbreast;
 use super::{Applied, Channel, Sample};
 use crate::error::Result;
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::Vector;
 
 /// One row of a Runge-Kutta tableau: `z = z₀ + h Σ aⱼ żⱼ` at time `t₀ + c h`.
@@ -86,6 +90,16 @@ pub trait Compensator<const N: usize, S> {
     /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
 
+    /// Compensators of this kind side by side, from these states on, for many runs at a time; `None`
+    /// where they cannot be: each is then asked by itself.
+    #[cfg(feature = "std")]
+    fn abreast(_each: [(&Self, &S); LANES]) -> Option<EstimatorsAbreast<N>>
+    where
+        Self: Sized,
+    {
+        None
+    }
+
     /// Whether it works from sample to sample alone: simulation in continuous time is refused then.
     /// The default is false.
     fn sampled_only(&self) -> bool {
@@ -135,6 +149,11 @@ pub struct Audit<const N: usize> {
 pub struct NoCompensation;
 
 impl<const N: usize> Compensator<N, ()> for NoCompensation {
+    #[cfg(feature = "std")]
+    fn abreast(_: [(&Self, &()); LANES]) -> Option<EstimatorsAbreast<N>> {
+        Some(EstimatorsAbreast::none())
+    }
+
     fn estimate(&self, (): &mut (), _: &Stage<'_>, _: &Sample<N>) -> Vector<N> {
         Vector::zeros()
     }

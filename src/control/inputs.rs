@@ -2,6 +2,7 @@
 
 use super::Sample;
 use crate::error::{Error, Result, at_most, not_empty, within};
+use crate::math::Vector;
 
 /// A signal of `N` joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,20 @@ impl Signal {
     /// All of them, in order.
     pub const ALL: [Self; SIGNALS] =
         [Self::E, Self::De, Self::Q, Self::Dq, Self::QDesired, Self::DqDesired, Self::DdqDesired];
+
+    /// It in a sample, of all joints.
+    #[inline(always)]
+    pub(crate) fn of<const N: usize, T>(self, sample: &Sample<N, T>) -> &Vector<N, T> {
+        match self {
+            Self::E => &sample.e,
+            Self::De => &sample.de,
+            Self::Q => &sample.q,
+            Self::Dq => &sample.dq,
+            Self::QDesired => &sample.desired.q,
+            Self::DqDesired => &sample.desired.dq,
+            Self::DdqDesired => &sample.desired.ddq,
+        }
+    }
 
     /// Its name in files and in Python.
     pub const fn name(self) -> &'static str {
@@ -117,15 +132,7 @@ impl Inputs {
     #[inline]
     pub(crate) fn gather<const N: usize>(&self, sample: &Sample<N>, x: &mut [f64]) {
         for ((signal, scale), out) in self.signals().iter().zip(x.chunks_exact_mut(N)) {
-            let values = match signal {
-                Signal::E => &sample.e,
-                Signal::De => &sample.de,
-                Signal::Q => &sample.q,
-                Signal::Dq => &sample.dq,
-                Signal::QDesired => &sample.desired.q,
-                Signal::DqDesired => &sample.desired.dq,
-                Signal::DdqDesired => &sample.desired.ddq,
-            };
+            let values = signal.of(sample);
             for n in 0..N {
                 out[n] = scale * values[n];
             }

@@ -35,7 +35,7 @@ mod update;
 
 pub use crate::fuzzy::Buffer;
 #[cfg(feature = "std")]
-pub use abreast::LawsAbreast;
+pub use abreast::{EstimatorsAbreast, LawsAbreast};
 pub use adaptation::Adaptation;
 #[cfg(feature = "std")]
 pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};

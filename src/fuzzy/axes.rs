@@ -10,6 +10,8 @@ use super::form::{MAX_INPUTS, MAX_SETS};
 use super::kronecker::Column;
 use super::lanes::dot_lanes;
 use super::lattice::Lattice;
+#[cfg(feature = "std")]
+use super::lattice::Spaced;
 use super::membership::Sets;
 use super::places::Span;
 use crate::error::{Result, at_most, length, not_empty, within};
@@ -179,6 +181,21 @@ impl Axes {
     #[inline]
     fn sets_of<'a>(&self, numbers: &'a [f64], input: usize) -> Sets<'a> {
         Sets::of(self.place(input).of(numbers))
+    }
+
+    /// The sets of an input, if they are on a lattice.
+    #[cfg(feature = "std")]
+    pub fn spaced(&self, numbers: &[f64], input: usize) -> Option<Spaced> {
+        let mut rest = numbers;
+        for (lattice, table) in self.lattices[..self.lattice_count].iter().zip(&self.tables) {
+            let (own, others) = rest.split_at(lattice.numbers());
+            let lane = table.inputs().iter().position(|&it| usize::from(it) == input);
+            if let Some(lane) = lane {
+                return Some(lattice.spaced(own, lane));
+            }
+            rest = others;
+        }
+        None
     }
 
     /// Whether the memberships of an input are normalised to sum 1.

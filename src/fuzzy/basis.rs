@@ -19,6 +19,8 @@ use super::axes::{Axes, Axis};
 use super::form::{Form, MAX_INPUTS};
 use super::kronecker::{Column, kronecker};
 use super::lanes::dot;
+#[cfg(feature = "std")]
+use super::lattice::Spaced;
 use super::layout::Layout;
 use super::membership::exponentials;
 use super::memory::{Buffer, Memory, Room};
@@ -132,6 +134,18 @@ impl<B: Buffer> FuzzyBasis<B> {
             }
         }
         Ok(())
+    }
+
+    /// The sets of an input, if they are on a lattice.
+    #[cfg(feature = "std")]
+    pub(crate) fn spaced(&self, input: usize) -> Option<Spaced> {
+        self.axes.spaced(self.numbers.as_slice(), input)
+    }
+
+    /// Whether all rules of a block are in its trailing factor, lane after lane.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_inner(&self) -> bool {
+        self.layout.leading == 0 && self.layout.dyads[0].len() == 0
     }
 
     /// Rules of one block.

@@ -11,7 +11,9 @@
 
 use pulp::Simd;
 
-use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, lanes_unless_tiny, sqrt};
+#[cfg(feature = "std")]
+use crate::math::Real;
+use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, exponential, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
 const LATTICE_TOL: f64 = 1e-12;
@@ -97,6 +99,16 @@ impl Lattice {
         numbers.chunks_exact_mut(LANES).zip(all).for_each(|(row, x)| row[lane] = x);
     }
 
+    /// The sets of the input in a lane.
+    #[cfg(feature = "std")]
+    pub fn spaced(&self, numbers: &[f64], lane: usize) -> Spaced {
+        let rows = numbers.as_chunks::<LANES>().0;
+        let (mut head, mut decays) = (UNUSED, [1.0; MAX_SETS]);
+        let all = head.iter_mut().chain(&mut decays[..self.pattern.sets.into()]);
+        all.zip(rows).for_each(|(x, row)| *x = row[lane]);
+        Spaced { head, decays, pattern: self.pattern }
+    }
+
     /// Writes the memberships of these `inputs` of x, one a lane, a row of lanes a set. Those
     /// beyond reach, in the lanes of the bits that are set in the result, are to be written again.
     #[inline(always)]
@@ -167,6 +179,68 @@ impl Lattice {
     }
 }
 
+/// The sets of one input on a lattice, for inputs of several runs side by side.
+#[derive(Clone, Copy, Debug)]
+#[cfg(feature = "std")]
+pub(crate) struct Spaced {
+    /// First centre, slope of the exponent, half precision, reach.
+    head: [f64; HEAD],
+    decays: [f64; MAX_SETS],
+    pattern: Pattern,
+}
+
+#[cfg(feature = "std")]
+impl Spaced {
+    /// Sets at the most.
+    pub const MOST: usize = MAX_SETS;
+    pub const NONE: Self =
+        Self { head: UNUSED, decays: [1.0; MAX_SETS], pattern: Lattice::EMPTY.pattern };
+
+    /// Number of sets.
+    #[inline(always)]
+    pub fn len(&self) -> usize {
+        self.pattern.sets.into()
+    }
+
+    /// NaN where an input is beyond the reach of its lattice, and 0 elsewhere.
+    #[inline(always)]
+    pub fn beyond<T: Real>(&self, x: T) -> T {
+        let [center, _, _, reach] = self.head;
+        let offset = (x - x.like(center)).abs();
+        x.like(reach).if_less(offset, x.like(f64::NAN), x.like(0.0))
+    }
+
+    /// The memberships, as [`Lattice::part`] makes them of one run.
+    #[inline(always)]
+    pub fn memberships<T: Real>(&self, x: T, normalized: bool, out: &mut [T; MAX_SETS]) {
+        let [center, slope, half_precision, _] = self.head;
+        let offset = x - x.like(center);
+        let t = (x.like(slope) * offset).series_exp();
+        let (t2, mut power, mut k, mut sum) = (t * t, x.like(1.0), 0, x.like(0.0));
+        for set in 0..self.len() {
+            let step = self.pattern.steps[set];
+            while k + 2 <= step {
+                power = power * t2;
+                k += 2;
+            }
+            if k < step {
+                power = power * t;
+                k += 1;
+            }
+            out[set] = x.like(self.decays[set]) * power;
+            sum += out[set];
+        }
+        let scale = if normalized {
+            x.like(1.0) / sum
+        } else {
+            (-(offset * offset * x.like(half_precision))).series_exp()
+        };
+        for strength in &mut out[..self.len()] {
+            *strength = (*strength * scale).unless_tiny(TINY_MEMBERSHIP);
+        }
+    }
+}
+
 /// The lanes that are too far out, bit by bit.
 #[cold]
 fn beyond([centers, .., reaches]: &[Lanes; HEAD], x: &[f64], inputs: &[u8]) -> u8 {
@@ -228,110 +302,4 @@ fn smallest_gap(centers: &[f64]) -> Option<f64> {
         smallest = smallest.min(gap);
     }
     smallest.is_finite().then_some(smallest)
-}
-
-/// Exponents are clamped to this: e^±690 is a normal float, and nearly the largest.
-const LARGEST_EXPONENT: f64 = 690.0;
-
-/// 1.5 · 2⁵²: a float this large holds whole numbers only, in its lowest bits.
-const ROUNDER: f64 = 6755399441055744.0;
-
-/// ln 2 in two pieces; the first has so few digits that its products with exponents are exact.
-const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
-
-/// 1/k!
-const FACTORS: [f64; 14] = [
-    1.0,
-    1.0,
-    1.0 / 2.0,
-    1.0 / 6.0,
-    1.0 / 24.0,
-    1.0 / 120.0,
-    1.0 / 720.0,
-    1.0 / 5040.0,
-    1.0 / 40320.0,
-    1.0 / 362880.0,
-    1.0 / 3628800.0,
-    1.0 / 39916800.0,
-    1.0 / 479001600.0,
-    1.0 / 6227020800.0,
-];
-
-/// eˣ in every lane, to two units in the last place; x is clamped to ±690. The `libm` crate has no
-/// exponential of several numbers at once.
-///
-/// x = n ln 2 + r with |r| ≤ ½ ln 2, the series of eʳ to r¹³, and n goes into the exponent.
-#[inline(always)]
-fn exponential<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
-    let splat = |x| simd.splat_f64s(x);
-    let x = simd.min_f64s(simd.max_f64s(x, splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
-    let shifted = fused(simd, splat(ROUNDER), x, splat(core::f64::consts::LOG2_E));
-    let n = simd.sub_f64s(shifted, splat(ROUNDER));
-    let mut r = x;
-    for ln in LN_2 {
-        r = simd.sub_f64s(r, simd.mul_f64s(n, splat(ln)));
-    }
-    let r2 = simd.mul_f64s(r, r);
-    let r4 = simd.mul_f64s(r2, r2);
-    let upper = fused(simd, quad(simd, 8, r, r2), pair(simd, 12, r), r4);
-    let lower = fused(simd, quad(simd, 0, r, r2), quad(simd, 4, r, r2), r4);
-    let series = fused(simd, lower, upper, simd.mul_f64s(r4, r4));
-    let exponent = simd.mul_u64s(simd.transmute_u64s_f64s(shifted), simd.splat_u64s(1 << 52));
-    simd.transmute_f64s_u64s(simd.add_u64s(simd.transmute_u64s_f64s(series), exponent))
-}
-
-/// a + b c, rounded twice.
-#[inline(always)]
-fn fused<S: Simd>(simd: S, a: S::f64s, b: S::f64s, c: S::f64s) -> S::f64s {
-    simd.add_f64s(a, simd.mul_f64s(b, c))
-}
-
-/// Two terms of the series from rᵏ on, over rᵏ.
-#[inline(always)]
-fn pair<S: Simd>(simd: S, k: usize, r: S::f64s) -> S::f64s {
-    fused(simd, simd.splat_f64s(FACTORS[k]), simd.splat_f64s(FACTORS[k + 1]), r)
-}
-
-/// Four terms of the series from rᵏ on, over rᵏ.
-#[inline(always)]
-fn quad<S: Simd>(simd: S, k: usize, r: S::f64s, r2: S::f64s) -> S::f64s {
-    fused(simd, pair(simd, k, r), pair(simd, k + 2, r), r2)
-}
-
-#[cfg(test)]
-mod tests {
-    use pulp::{Arch, Scalar, WithSimd};
-
-    use super::*;
-
-    struct Exponentials([f64; LANES]);
-
-    impl WithSimd for Exponentials {
-        type Output = [f64; LANES];
-
-        fn with_simd<S: Simd>(mut self, simd: S) -> Self::Output {
-            for x in S::as_mut_simd_f64s(&mut self.0).0 {
-                *x = exponential(simd, *x);
-            }
-            self.0
-        }
-    }
-
-    #[test]
-    fn exponential_is_that_of_libm_to_two_units_in_the_last_place() {
-        for k in -69_000..69_000 {
-            let x = [0.0, 0.001, 0.002, 0.0037, 0.005, 0.0061, 0.007, 0.0099]
-                .map(|offset| f64::from(k) * 0.01 + offset);
-            let y = Exponentials(x).with_simd(Scalar);
-            for (x, y) in x.iter().zip(y) {
-                assert!((y - exp(*x)).abs() <= 2.0 * f64::EPSILON * y, "{x}");
-            }
-            assert_eq!(y, Arch::new().dispatch(Exponentials(x)));
-        }
-        let far = Exponentials([700.0, -700.0, 1e300, -1e300, 0.0, -0.0, 690.0, -690.0]);
-        let y = far.with_simd(Scalar);
-        assert_eq!([y[0], y[2], y[1], y[3]], [y[6], y[6], y[7], y[7]]);
-        assert_eq!([y[4], y[5]], [1.0, 1.0]);
-        assert!(y[6].is_normal() && y[7].is_normal());
-    }
 }

@@ -5,6 +5,7 @@
 
 #[cfg(feature = "std")]
 mod abreast;
+mod exponential;
 mod real;
 #[cfg(feature = "std")]
 mod register;
@@ -13,6 +14,7 @@ mod sines;
 
 #[cfg(feature = "std")]
 pub(crate) use abreast::Abreast;
+pub(crate) use exponential::exponential;
 pub use real::Real;
 #[cfg(feature = "std")]
 pub(crate) use register::store;

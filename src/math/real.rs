@@ -32,6 +32,9 @@ pub trait Real:
     /// √x, correctly rounded.
     fn sqrt(self) -> Self;
 
+    /// eˣ by a series, for −690 ≤ x ≤ 690, and as at the nearer end beyond.
+    fn series_exp(self) -> Self;
+
     /// (sin x, cos x), x in radians.
     fn sin_cos(self) -> (Self, Self);
 
@@ -75,6 +78,11 @@ impl Real for f64 {
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         super::sin_cos(self)
+    }
+
+    #[inline(always)]
+    fn series_exp(self) -> Self {
+        super::exponential(pulp::Scalar, self)
     }
 
     #[inline(always)]

@@ -10,7 +10,7 @@ use nalgebra::{ArrayStorage, SMatrix};
 use pulp::Simd;
 
 use super::sines::{near, rare};
-use super::{Abreast, LANES, Real, Vector, around, sin_cos};
+use super::{Abreast, LANES, Real, Vector, around, exponential, sin_cos};
 
 /// As many numbers as a register of the instruction set `S` holds; in memory, in one cache line.
 #[derive(Clone, Copy)]
@@ -132,6 +132,11 @@ impl<S: Simd> Real for Register<S> {
         }
         let [sin, cos] = self.one_by_one(|x| sin_cos(x).into());
         (sin, cos)
+    }
+
+    #[inline(always)]
+    fn series_exp(self) -> Self {
+        Self { numbers: exponential(self.simd, self.numbers), ..self }
     }
 
     #[inline(always)]

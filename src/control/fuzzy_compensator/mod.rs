@@ -4,11 +4,15 @@
 //! `W = W₀ + keep (W(t) − W₀) + Σ cⱼ ξⱼᵀ`, so a stage needs `Wξ = W₀ξ + keep Dξ + Σ cⱼ (ξⱼ·ξ)`: the
 //! weights are read once a stage and written once a step.
 
+#[cfg(feature = "std")]
+mod abreast;
 mod saved;
 mod state;
 mod step;
 mod tasks;
 
+#[cfg(feature = "std")]
+pub(super) use abreast::PerJoint;
 pub(super) use saved::FROZEN;
 pub use state::FuzzyState;
 
@@ -61,6 +65,14 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
         let update = Update::new(gains, parameters, basis.xi_bound())?;
         let places = Places::new(&basis, N, parameters.adaptation.pulls());
         Ok(Self { basis, update, places })
+    }
+
+    /// Whether the weights move by the law (18) alone, in a grid for each joint.
+    #[cfg(feature = "std")]
+    fn is_plain(&self) -> bool {
+        let adaptation = &self.update.parameters.adaptation;
+        let per_joint = self.basis.form() == Form::PerJoint { joints: N };
+        per_joint && !adaptation.pulls() && !adaptation.weakens_drive()
     }
 
     /// The basis ξ.

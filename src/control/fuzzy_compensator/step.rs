@@ -3,16 +3,22 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+#[cfg(feature = "std")]
+use super::abreast::PerJoint;
 use super::tasks::{Dots, Products, WriteRows};
 use super::{FuzzyCompensator, FuzzyState, Places};
+#[cfg(feature = "std")]
+use crate::control::EstimatorsAbreast;
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::flush;
+#[cfg(feature = "std")]
+use crate::math::LANES;
 use crate::math::{Runs, Shared, Vector, WHOLE};
 
 /// Tiny weights are looked for once in so many steps.
-const FLUSH_EVERY: u64 = 256;
+pub(super) const FLUSH_EVERY: u64 = 256;
 
 impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
     for FuzzyCompensator<N, T>
@@ -85,6 +91,11 @@ impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
     fn reset(&self, state: &mut FuzzyState<N, B>) {
         state.clear();
         state.unfreeze();
+    }
+
+    #[cfg(feature = "std")]
+    fn abreast(each: [(&Self, &FuzzyState<N, B>); LANES]) -> Option<EstimatorsAbreast<N>> {
+        PerJoint::of(each).map(EstimatorsAbreast::per_joint)
     }
 
     #[inline(always)]

@@ -40,8 +40,12 @@ pub(super) struct Loops<'a, const N: usize, A, D, L, C, R, S> {
     compensators: Estimators<'a, N, C, S>,
     /// Whether all have one reference, or one disturbance.
     common: [bool; 2],
-    /// The latest time with the set-points, and with the disturbances that depend on it alone.
-    latest: Option<(f64, Setpoint<N, Abreast>, Option<Vector<N, Abreast>>)>,
+    /// The latest time with the set-points, with the disturbances, and whether these depend on the
+    /// time alone.
+    time: f64,
+    desired: Setpoint<N, Abreast>,
+    tau_d: Vector<N, Abreast>,
+    timely: bool,
 }
 
 impl<'a, const N: usize, A, D, L, C, R, S> Loops<'a, N, A, D, L, C, R, S>
@@ -97,7 +101,16 @@ where
             cases.iter().all(|case| case.plant.disturbance.is_same(disturbance)),
         ];
         let compensators = Estimators::new(cases);
-        Some(Self { cases, bodies: Box::new(bodies), compensators, common, latest: None })
+        Some(Self {
+            cases,
+            bodies: Box::new(bodies),
+            compensators,
+            common,
+            time: f64::NAN,
+            desired,
+            tau_d: zeros,
+            timely: true,
+        })
     }
 
     /// Makes the runs: the metrics of those in which all was ordinary.
@@ -129,69 +142,56 @@ where
     /// A stage of a step of `h` from `t` to `end` \[s\].
     fn stage(&mut self, stage: &Stage<'_>, (t, h, end): (f64, f64, f64)) {
         let time = time_of(stage, (t, h, end));
-        let (desired, disturbance) = self.at_time(time);
-        self.bodies.go(stage.index, h, &desired);
-        let rho_hat = self.compensators.estimate(stage, &self.bodies.seen);
-        let Sample { q, dq, .. } = &self.bodies.seen;
-        let tau_d = disturbance.unwrap_or_else(|| self.disturbances(q, dq, time));
-        self.bodies.act(stage.index, &rho_hat, &tau_d);
+        // Two stages often fall on one time.
+        if time != self.time {
+            self.ask(time);
+        }
+        self.bodies.go(stage.index, h, &self.desired);
+        if !self.timely {
+            self.disturb(time);
+        }
+        let Bodies { seen, lost, .. } = &mut *self.bodies;
+        let rho_hat = self.compensators.estimate(stage, seen, lost);
+        self.bodies.act(stage.index, rho_hat, &self.tau_d);
         let Bodies { seen, asked, applied, .. } = &*self.bodies;
         self.compensators.acted(stage.index, seen, asked, applied);
     }
 
-    /// The set-points at time `t`, and the disturbances if they depend on the time alone.
-    #[inline(always)]
-    fn at_time(&mut self, t: f64) -> (Setpoint<N, Abreast>, Option<Vector<N, Abreast>>) {
-        match self.latest {
-            Some((time, setpoints, disturbances)) if time == t => (setpoints, disturbances),
-            _ => {
-                let (setpoints, disturbances) = self.ask(t);
-                self.latest = Some((t, setpoints, disturbances));
-                (setpoints, disturbances)
+    /// Asks for the set-points at a time, and for the disturbances if they depend on it alone.
+    fn ask(&mut self, t: f64) {
+        let [one_reference, one_disturbance] = self.common;
+        (self.time, self.timely) = (t, true);
+        let (mut setpoint, mut tau_d) = (None, None);
+        for (i, case) in self.cases.iter().enumerate() {
+            let asked = setpoint.filter(|_| one_reference);
+            let Setpoint { q, dq, ddq } =
+                *setpoint.insert(asked.unwrap_or_else(|| case.reference.at(t)));
+            let push = tau_d.filter(|_| one_disturbance);
+            let push = *tau_d.insert(push.unwrap_or_else(|| case.plant.disturbance.at_time(t)));
+            self.timely &= push.is_some();
+            for n in 0..N {
+                self.desired.q[n].0[i] = q[n];
+                self.desired.dq[n].0[i] = dq[n];
+                self.desired.ddq[n].0[i] = ddq[n];
+                self.tau_d[n].0[i] = push.map_or(0.0, |push| push[n]);
             }
         }
     }
 
-    #[inline(never)]
-    fn ask(&self, t: f64) -> (Setpoint<N, Abreast>, Option<Vector<N, Abreast>>) {
-        let [of_reference, of_disturbance] = self.common;
-        let ask = |case: &Case<'_, N, A, D, L, C, R, S>| case.reference.at(t);
-        let push = |case: &Case<'_, N, A, D, L, C, R, S>| case.plant.disturbance.at_time(t);
-        let setpoints = each(of_reference, self.cases, ask);
-        let side = |of: fn(&Setpoint<N>) -> &Vector<N>| {
-            Vector::<N, Abreast>::from_fn(|n, _| {
-                Abreast::of(setpoints.each_ref(), |setpoint| of(setpoint)[n])
-            })
-        };
-        let desired =
-            Setpoint { q: side(|it| &it.q), dq: side(|it| &it.dq), ddq: side(|it| &it.ddq) };
-        let disturbances = each(of_disturbance, self.cases, push);
-        let all = disturbances.iter().all(Option::is_some);
-        let tau_d = disturbances.map(|tau_d| tau_d.unwrap_or_else(Vector::zeros));
-        (desired, all.then(|| side_by_side(&tau_d)))
-    }
-
-    /// The disturbances where they depend on the motion.
-    #[inline(never)]
-    fn disturbances(
-        &self,
-        q: &Vector<N, Abreast>,
-        dq: &Vector<N, Abreast>,
-        t: f64,
-    ) -> Vector<N, Abreast> {
-        side_by_side(&core::array::from_fn(|i| {
-            self.cases[i].plant.disturbance.torque(&lane(q, i), &lane(dq, i), t)
-        }))
+    /// Asks for disturbances that depend on the motion.
+    fn disturb(&mut self, t: f64) {
+        let Sample { q, dq, .. } = &self.bodies.seen;
+        for (i, case) in self.cases.iter().enumerate() {
+            let push = case.plant.disturbance.torque(&lane(q, i), &lane(dq, i), t);
+            for n in 0..N {
+                self.tau_d[n].0[i] = push[n];
+            }
+        }
     }
 
     fn all_lost(&self) -> bool {
         (0..LANES).all(|lane| !self.bodies.is_ordinary(lane))
     }
-}
-
-/// What each gives, or the first one where it is `common` to all.
-fn each<X, T: Copy>(common: bool, all: [&X; LANES], of: impl Fn(&X) -> T) -> [T; LANES] {
-    if common { [of(all[0]); LANES] } else { all.map(of) }
 }
 
 /// The vector in a lane.

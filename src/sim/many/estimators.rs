@@ -1,14 +1,16 @@
-//! The compensators of eight runs, each as it is, one after the other.
+//! The compensators of eight runs: side by side where they can be, or each as it is.
 
 use super::Case;
-use super::abreast::{lane, side_by_side};
-use crate::control::{Applied, Compensator, Law, Sample, Stage};
+use super::abreast::lane;
+use crate::control::{Applied, Compensator, EstimatorsAbreast, Law, Sample, Stage};
 use crate::math::{Abreast, LANES, Vector};
 use crate::reference::Setpoint;
 
 /// The compensators of eight runs with their states.
-pub(super) struct Estimators<'a, const N: usize, C, S> {
-    each: [(&'a C, S); LANES],
+pub(super) enum Estimators<'a, const N: usize, C, S> {
+    Abreast(EstimatorsAbreast<N>),
+    /// Each as it is, and ρ̂ of the latest stage.
+    Each([(&'a C, S); LANES], Vector<N, Abreast>),
 }
 
 impl<'a, const N: usize, C: Compensator<N, S>, S: Clone> Estimators<'a, N, C, S> {
@@ -18,23 +20,34 @@ impl<'a, const N: usize, C: Compensator<N, S>, S: Clone> Estimators<'a, N, C, S>
             let mut state = case.state.clone();
             (&case.controller.compensator, case.controller.settle(&mut state).clone())
         });
-        Self { each }
+        let all = C::abreast(each.each_ref().map(|(compensator, state)| (*compensator, state)));
+        let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
+        all.map_or(Self::Each(each, zeros), Self::Abreast)
     }
 }
 
 impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
-    /// ρ̂ of each at a stage.
-    #[inline(always)]
-    pub fn estimate(&mut self, stage: &Stage<'_>, seen: &Sample<N, Abreast>) -> Vector<N, Abreast> {
-        let mut estimates = [Vector::zeros(); LANES];
-        for (i, (compensator, state)) in self.each.iter_mut().enumerate() {
-            estimates[i] = compensator.estimate(state, stage, &sample(seen, i));
+    /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
+    pub fn estimate(
+        &mut self,
+        stage: &Stage<'_>,
+        seen: &Sample<N, Abreast>,
+        lost: &mut Abreast,
+    ) -> &Vector<N, Abreast> {
+        let (each, estimates) = match self {
+            Self::Abreast(all) => return all.estimate(stage, seen, lost),
+            Self::Each(each, estimates) => (each, estimates),
+        };
+        for (i, (compensator, state)) in each.iter_mut().enumerate() {
+            let estimate = compensator.estimate(state, stage, &sample(seen, i));
+            for n in 0..N {
+                estimates[n].0[i] = estimate[n];
+            }
         }
-        side_by_side(&estimates)
+        estimates
     }
 
     /// Tells each the torque that acts at a stage, and the one that was asked for.
-    #[inline(always)]
     pub fn acted(
         &mut self,
         index: usize,
@@ -42,18 +55,27 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
         asked: &Vector<N, Abreast>,
         applied: &Vector<N, Abreast>,
     ) {
-        for (i, (compensator, state)) in self.each.iter_mut().enumerate() {
-            let acted = Applied::new(lane(asked, i), lane(applied, i));
-            compensator.acted(state, index, &sample(seen, i), &acted);
+        match self {
+            Self::Abreast(all) => all.acted(index, asked, applied),
+            Self::Each(each, _) => {
+                for (i, (compensator, state)) in each.iter_mut().enumerate() {
+                    let acted = Applied::new(lane(asked, i), lane(applied, i));
+                    compensator.acted(state, index, &sample(seen, i), &acted);
+                }
+            }
         }
     }
 
     /// Moves each to the end of a step; one that cannot is `lost`.
-    #[inline(always)]
     pub fn advance(&mut self, end: &Stage<'_>, lost: &mut Abreast) {
-        for (i, (compensator, state)) in self.each.iter_mut().enumerate() {
-            if compensator.advance(state, end).is_err() {
-                lost.0[i] = f64::NAN;
+        match self {
+            Self::Abreast(all) => all.advance(end),
+            Self::Each(each, _) => {
+                for (i, (compensator, state)) in each.iter_mut().enumerate() {
+                    if compensator.advance(state, end).is_err() {
+                        lost.0[i] = f64::NAN;
+                    }
+                }
             }
         }
     }

@@ -1,0 +1,301 @@
+//! Compensators of eight runs side by side, a run a lane: a grid a joint over two inputs, as
+//! [`step`](super::step) computes it of one run, with the same sums in the same order.
+//!
+//! The rules of a joint are products of two memberships, so the memberships of each stage are all
+//! that is kept of it.
+
+use core::array::from_fn;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::step::FLUSH_EVERY;
+use super::{FuzzyCompensator, FuzzyState};
+use crate::control::{Buffer, Inputs, MAX_STAGES, Sample, Stage};
+use crate::fuzzy::Spaced;
+use crate::math::{
+    Abreast, LANES, Load, Real, Register, TINY_ESTIMATE, TINY_KERNEL, TINY_TERM, TINY_WEIGHT,
+    Vector, store,
+};
+
+/// Inputs of a joint.
+const INPUTS: usize = 2;
+/// Stages of the only method that runs side by side.
+const STAGES: usize = 4;
+
+/// Compensators of eight runs with their states.
+#[derive(Clone, Debug)]
+pub(in crate::control) struct PerJoint<const N: usize> {
+    inputs: Inputs,
+    /// The sets of both inputs of each joint.
+    sets: [[Spaced; INPUTS]; N],
+    normalized: bool,
+    /// The last row and column of P, and the gain.
+    p12: [Abreast; N],
+    p22: [Abreast; N],
+    gain: [Abreast; N],
+    /// The weights of each joint, rule after rule.
+    weights: [Vec<Abreast>; N],
+    stages: [Recorded<N>; STAGES],
+    /// ρ̂ of the latest stage.
+    pub estimate: Vector<N, Abreast>,
+    advances: u64,
+}
+
+/// What is kept of a stage: the memberships of each input of each joint, and what drives the
+/// weights.
+#[derive(Clone, Debug)]
+struct Recorded<const N: usize> {
+    memberships: [[[Abreast; Spaced::MOST]; INPUTS]; N],
+    drive: Vector<N, Abreast>,
+}
+
+impl<const N: usize> PerJoint<N> {
+    /// These compensators; `None` if they are not all of this kind, on the same sets, and without
+    /// modifications of the law.
+    pub fn of<T: Buffer, B: Buffer>(
+        each: [(&FuzzyCompensator<N, T>, &FuzzyState<N, B>); LANES],
+    ) -> Option<Self> {
+        let (first, state) = each[0];
+        let (inputs, rules) = (first.update.parameters.inputs, first.basis.block_rules());
+        let alike = each.iter().all(|(it, own)| {
+            it.is_plain()
+                && it.basis.fingerprint() == first.basis.fingerprint()
+                && it.update.parameters.inputs == inputs
+                && own.advances == state.advances
+                && !own.frozen
+        });
+        if !alike || inputs.signals().len() != INPUTS || !first.basis.is_inner() {
+            return None;
+        }
+        let mut sets = [[Spaced::NONE; INPUTS]; N];
+        for n in 0..N {
+            for k in 0..INPUTS {
+                sets[n][k] = first.basis.spaced(k * N + n)?;
+            }
+        }
+        let place = |rule: usize| first.basis.places().nth(rule);
+        let places: Vec<usize> = (0..rules).filter_map(place).collect();
+        let row = first.basis.row_len();
+        let weight = |n: usize, place: usize| {
+            Abreast(each.map(|(_, state)| state.memory.as_slice()[n * row + place]))
+        };
+        let of = |number: &dyn Fn(&FuzzyCompensator<N, T>, usize) -> f64| {
+            from_fn(|n| Abreast(each.map(|(it, _)| number(it, n))))
+        };
+        let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
+        let memberships = [[[Abreast::all(0.0); Spaced::MOST]; INPUTS]; N];
+        Some(Self {
+            inputs,
+            sets,
+            normalized: first.basis.normalized(),
+            p12: of(&|it, n| it.update.p[n].p12),
+            p22: of(&|it, n| it.update.p[n].p22),
+            gain: of(&|it, n| it.update.parameters.adaptation.gain[n]),
+            weights: from_fn(|n| places.iter().map(|place| weight(n, *place)).collect()),
+            stages: from_fn(|_| Recorded { memberships, drive: zeros }),
+            estimate: zeros,
+            advances: state.advances,
+        })
+    }
+
+    /// ρ̂ at a stage, and what drives the weights there; an input out of reach is `lost`.
+    pub fn estimate(&mut self, stage: &Stage<'_>, seen: &Sample<N, Abreast>, lost: &mut Abreast) {
+        Arch::new().dispatch(Estimate { it: self, stage, seen, lost });
+    }
+
+    /// Holds the weights of the runs whose torque was limited.
+    pub fn acted(
+        &mut self,
+        index: usize,
+        asked: &Vector<N, Abreast>,
+        applied: &Vector<N, Abreast>,
+    ) {
+        Arch::new().dispatch(Acted { drive: &mut self.stages[index].drive, asked, applied });
+    }
+
+    /// Moves the weights to the end of a step.
+    pub fn advance(&mut self, end: &Stage<'_>) {
+        self.advances += 1;
+        Arch::new().dispatch(Advance { it: self, end });
+    }
+}
+
+/// The factors of the drives of earlier stages in a sum, h aⱼ.
+fn factors(stage: &Stage<'_>) -> [f64; MAX_STAGES] {
+    from_fn(|j| stage.coefficients.get(j).map_or(0.0, |a| stage.step * a))
+}
+
+struct Estimate<'a, const N: usize> {
+    it: &'a mut PerJoint<N>,
+    stage: &'a Stage<'a>,
+    seen: &'a Sample<N, Abreast>,
+    lost: &'a mut Abreast,
+}
+
+impl<const N: usize> WithSimd for Estimate<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { it, stage, seen, lost } = self;
+        let (i, factors) = (stage.index, factors(stage));
+        let (before, rest) = it.stages.split_at_mut(i);
+        let here = &mut rest[0];
+        for part in 0..Register::<S>::PARTS {
+            let mut missed = lost.load(simd, part);
+            for n in 0..N {
+                for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
+                    let x = signal.of(seen)[n].load(simd, part);
+                    let x = x.like(*scale) * x;
+                    let sets = &it.sets[n][k];
+                    missed += sets.beyond(x);
+                    let mut strengths = [x; Spaced::MOST];
+                    sets.memberships(x, it.normalized, &mut strengths);
+                    for set in 0..sets.len() {
+                        strengths[set].store(&mut here.memberships[n][k][set], part);
+                    }
+                }
+                let (e, de) = (seen.e[n].load(simd, part), seen.de[n].load(simd, part));
+                let s = it.p12[n].load(simd, part) * e + it.p22[n].load(simd, part) * de;
+                let [first, second] = &here.memberships[n];
+                let lengths = [it.sets[n][0].len(), it.sets[n][1].len()];
+                let rules = (&first[..lengths[0]], &second[..lengths[1]]);
+                let mut learnt = contract((simd, part), &it.weights[n], rules, s);
+                for (j, past) in before.iter().enumerate() {
+                    if factors[j] != 0.0 {
+                        let [first, second] = &past.memberships[n];
+                        let past_rules = (&first[..lengths[0]], &second[..lengths[1]]);
+                        let gram = correlate((simd, part), rules, past_rules, s);
+                        learnt += past.drive[n].load(simd, part) * s.like(factors[j]) * gram;
+                    }
+                }
+                (s.like(0.0) + learnt).store(&mut it.estimate[n], part);
+                let drive = it.gain[n].load(simd, part) * s;
+                drive.unless_tiny(TINY_TERM).store(&mut here.drive[n], part);
+            }
+            missed.store(lost, part);
+        }
+    }
+}
+
+/// The memberships of both inputs.
+type Rules<'a> = (&'a [Abreast], &'a [Abreast]);
+
+/// w·ξ, in the order of sums of one run: over lanes of rules first.
+#[inline(always)]
+fn contract<S: Simd>(
+    (simd, part): (S, usize),
+    weights: &[Abreast],
+    (first, second): Rules<'_>,
+    like: Register<S>,
+) -> Register<S> {
+    let mut lanes = [like.like(0.0); LANES];
+    let mut rule = 0;
+    for p in first {
+        let p = p.load(simd, part);
+        for q in second {
+            let xi = p * q.load(simd, part);
+            lanes[rule % LANES] += weights[rule].load(simd, part) * xi;
+            rule += 1;
+        }
+    }
+    let [a, b, c, d, e, f, g, h] = lanes;
+    let total = ((a + e) + (c + g)) + ((b + f) + (d + h));
+    total.unless_tiny(TINY_ESTIMATE)
+}
+
+/// ξ·ξ' of two stages.
+#[inline(always)]
+fn correlate<S: Simd>(
+    at: (S, usize),
+    (first, second): Rules<'_>,
+    (past_first, past_second): Rules<'_>,
+    like: Register<S>,
+) -> Register<S> {
+    let product = inner(at, first, past_first, like).unless_tiny(TINY_KERNEL);
+    (product * inner(at, second, past_second, like)).unless_tiny(TINY_KERNEL)
+}
+
+#[inline(always)]
+fn inner<S: Simd>(
+    (simd, part): (S, usize),
+    left: &[Abreast],
+    right: &[Abreast],
+    like: Register<S>,
+) -> Register<S> {
+    let mut sum = like.like(0.0);
+    for (x, y) in left.iter().zip(right) {
+        sum += x.load(simd, part) * y.load(simd, part);
+    }
+    sum
+}
+
+struct Acted<'a, const N: usize> {
+    drive: &'a mut Vector<N, Abreast>,
+    asked: &'a Vector<N, Abreast>,
+    applied: &'a Vector<N, Abreast>,
+}
+
+impl<const N: usize> WithSimd for Acted<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { drive, asked, applied } = self;
+        for part in 0..Register::<S>::PARTS {
+            let (asked, applied) = (asked.load(simd, part), applied.load(simd, part));
+            let mut gap = asked[0].like(0.0);
+            for n in 0..N {
+                gap += (applied[n] - asked[n]).abs();
+            }
+            let mut held = drive.load(simd, part);
+            for n in 0..N {
+                held[n] = gap.like(0.0).if_less(gap, gap.like(0.0), held[n]);
+            }
+            store(&held, drive, part);
+        }
+    }
+}
+
+struct Advance<'a, const N: usize> {
+    it: &'a mut PerJoint<N>,
+    end: &'a Stage<'a>,
+}
+
+impl<const N: usize> WithSimd for Advance<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { it, end } = self;
+        let (factors, flushes) = (factors(end), it.advances.is_multiple_of(FLUSH_EVERY));
+        for n in 0..N {
+            let lengths = [it.sets[n][0].len(), it.sets[n][1].len()];
+            for part in 0..Register::<S>::PARTS {
+                let mut terms = [it.gain[n].load(simd, part); STAGES];
+                for (j, term) in terms.iter_mut().enumerate() {
+                    let drive = it.stages[j].drive[n].load(simd, part);
+                    *term = (drive * drive.like(factors[j])).unless_tiny(TINY_TERM);
+                }
+                for a in 0..lengths[0] {
+                    let mut firsts = terms;
+                    for (j, first) in firsts.iter_mut().enumerate() {
+                        *first = it.stages[j].memberships[n][0][a].load(simd, part);
+                    }
+                    for b in 0..lengths[1] {
+                        let kept = &mut it.weights[n][a * lengths[1] + b];
+                        let mut weight = kept.load(simd, part);
+                        for j in 0..STAGES {
+                            let second = it.stages[j].memberships[n][1][b].load(simd, part);
+                            weight += terms[j] * (firsts[j] * second);
+                        }
+                        if flushes {
+                            weight = weight.unless_tiny(TINY_WEIGHT);
+                        }
+                        weight.store(kept, part);
+                    }
+                }
+            }
+        }
+    }
+}
