@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use super::serial::Chain;
+use super::serial::{Chain, Turn};
 use super::two_link::Planar;
 use super::{Factor, Serial, TwoLink};
 use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector};
@@ -44,19 +44,43 @@ impl<const N: usize> ArmsAbreast<N> {
         Some(Self(Kind::Chain(Box::new(chain))))
     }
 
+    /// Whether the pose of one is that of the other, in every lane.
+    pub(crate) fn pose_as(&self, other: &Self) -> bool {
+        match (&self.0, &other.0) {
+            (Kind::TwoLink(_), Kind::TwoLink(_)) => true,
+            (Kind::Chain(one), Kind::Chain(other)) => one.poses_as(other),
+            _ => false,
+        }
+    }
+
+    /// A part of them at q.
+    #[inline(always)]
+    pub(crate) fn poses<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        q: &Vector<N, Register<S>>,
+    ) -> Poses<N, Register<S>> {
+        match &self.0 {
+            Kind::TwoLink(_) => {
+                let q = two(q);
+                Poses::TwoLink(q[0], q[1].sin_cos())
+            }
+            Kind::Chain(chain) => Poses::Chain(chain.turns_of((simd, part), q)),
+        }
+    }
+
     /// M(q) and H(q, q̇) = C q̇ + G of a part of them.
     #[inline(always)]
     pub(crate) fn mass_matrix_and_bias<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        q: &Vector<N, Register<S>>,
+        poses: &Poses<N, Register<S>>,
         dq: &Vector<N, Register<S>>,
     ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-        match &self.0 {
-            Kind::TwoLink(arms) => {
-                let (arms, q, dq) = (arms.load(simd, part), two(q), two(dq));
-                let trig = q[1].sin_cos();
-                let (own, bias) = (arms.mass(trig.1), arms.rigid_at(q[0], trig, &dq));
+        match (&self.0, poses) {
+            (Kind::TwoLink(arms), &Poses::TwoLink(q1, trig)) => {
+                let arms = arms.load(simd, part);
+                let (own, bias) = (arms.mass(trig.1), arms.rigid_at(q1, trig, &two(dq)));
                 let mut mass = Matrix::<N, _>::repeat(own[(0, 0)]);
                 for i in 0..N {
                     for j in 0..N {
@@ -65,11 +89,12 @@ impl<const N: usize> ArmsAbreast<N> {
                 }
                 (mass, back(&bias))
             }
-            Kind::Chain(chain) => {
+            (Kind::Chain(chain), Poses::Chain(turns)) => {
                 let chain = chain.load(simd, part);
-                let turns = chain.turns(q);
-                (chain.mass_matrices(&turns), chain.bias(&turns, dq))
+                (chain.mass_matrices(turns), chain.bias(turns, dq))
             }
+            // Poses of other arms: nobody asks.
+            _ => (Matrix::<N, _>::repeat(dq[0]), *dq),
         }
     }
 
@@ -78,28 +103,36 @@ impl<const N: usize> ArmsAbreast<N> {
     pub(crate) fn forward_dynamics<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        q: &Vector<N, Register<S>>,
+        poses: &Poses<N, Register<S>>,
         dq: &Vector<N, Register<S>>,
         tau: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
-        match &self.0 {
-            Kind::TwoLink(arms) => {
-                let (arms, q, dq, tau) = (arms.load(simd, part), two(q), two(dq), two(tau));
-                let trig = q[1].sin_cos();
-                let bias = arms.rigid_at(q[0], trig, &dq);
+        match (&self.0, poses) {
+            (Kind::TwoLink(arms), &Poses::TwoLink(q1, trig)) => {
+                let (arms, tau) = (arms.load(simd, part), two(tau));
+                let bias = arms.rigid_at(q1, trig, &two(dq));
                 back(&arms.solve(trig, [tau[0] - bias[0], tau[1] - bias[1]]))
             }
-            Kind::Chain(chain) => {
+            (Kind::Chain(chain), Poses::Chain(turns)) => {
                 let chain = chain.load(simd, part);
-                let turns = chain.turns(q);
-                let (bias, mut net) = (chain.bias(&turns, dq), *tau);
+                let (bias, mut net) = (chain.bias(turns, dq), *tau);
                 for n in 0..N {
                     net[n] -= bias[n];
                 }
-                Factor::of(&chain.mass_matrices(&turns)).solve(&net)
+                Factor::of(&chain.mass_matrices(turns)).solve(&net)
             }
+            // Poses of other arms: nobody asks.
+            _ => *tau,
         }
     }
+}
+
+/// What arms need to know of a pose, in registers.
+pub(crate) enum Poses<const N: usize, T> {
+    /// q₁, and sine and cosine of q₂.
+    TwoLink(T, (T, T)),
+    /// The frames.
+    Chain([Turn<T>; N]),
 }
 
 impl Load for Planar<Abreast> {

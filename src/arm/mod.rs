@@ -18,6 +18,8 @@ mod two_link;
 
 #[cfg(feature = "std")]
 pub use abreast::ArmsAbreast;
+#[cfg(feature = "std")]
+pub(crate) use abreast::Poses;
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;

@@ -6,7 +6,7 @@ use pulp::Simd;
 use super::computed_torque::{computed, feedback};
 use super::fuzzy_compensator::PerJoint;
 use super::{ComputedTorque, Demand, Feedback, Gains, Sample, Stage};
-use crate::arm::{Arm, ArmsAbreast};
+use crate::arm::{Arm, ArmsAbreast, Poses};
 use crate::math::{Abreast, LANES, Load, Register, Vector};
 
 /// Laws of computed torque side by side, for many runs at a time.
@@ -31,15 +31,21 @@ impl<const N: usize> LawsAbreast<N> {
         Some(Self { arms, kp: gain(|gains| &gains.kp), kv: gain(|gains| &gains.kv) })
     }
 
+    /// What they believe of the arms.
+    pub(crate) fn arms(&self) -> &ArmsAbreast<N> {
+        &self.arms
+    }
+
     /// As [`Law::torque`](super::Law::torque) of a part of them.
     #[inline(always)]
     pub(crate) fn torque<S: Simd>(
         &self,
         (simd, part): (S, usize),
+        poses: &Poses<N, Register<S>>,
         seen: &Sample<N, Register<S>>,
         rho_hat: &Vector<N, Register<S>>,
     ) -> Demand<N, Register<S>> {
-        let dynamics = self.arms.mass_matrix_and_bias((simd, part), &seen.q, &seen.dq);
+        let dynamics = self.arms.mass_matrix_and_bias((simd, part), poses, &seen.dq);
         let (kp, kv) = (self.kp.load(simd, part), self.kv.load(simd, part));
         computed(dynamics, feedback(&kp, &kv, seen), rho_hat)
     }

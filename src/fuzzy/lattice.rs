@@ -12,7 +12,7 @@
 use pulp::Simd;
 
 #[cfg(feature = "std")]
-use crate::math::Real;
+use crate::math::{Abreast, Load, Real, Register};
 use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, exponential, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
@@ -210,33 +210,42 @@ impl Spaced {
         x.like(reach).if_less(offset, x.like(f64::NAN), x.like(0.0))
     }
 
-    /// The memberships, as [`Lattice::part`] makes them of one run.
+    /// Writes the memberships into a part of `out`, as [`Lattice::part`] makes them of one run.
     #[inline(always)]
-    pub fn memberships<T: Real>(&self, x: T, normalized: bool, out: &mut [T; MAX_SETS]) {
+    pub fn memberships<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        x: Register<S>,
+        normalized: bool,
+        out: &mut [Abreast; MAX_SETS],
+    ) {
         let [center, slope, half_precision, _] = self.head;
         let offset = x - x.like(center);
         let t = (x.like(slope) * offset).series_exp();
         let (t2, mut power, mut k, mut sum) = (t * t, x.like(1.0), 0, x.like(0.0));
-        for set in 0..self.len() {
-            let step = self.pattern.steps[set];
-            while k + 2 <= step {
+        let out = &mut out[..self.len()];
+        for (out, (step, decay)) in out.iter_mut().zip(self.pattern.steps.iter().zip(&self.decays))
+        {
+            while k + 2 <= *step {
                 power = power * t2;
                 k += 2;
             }
-            if k < step {
+            if k < *step {
                 power = power * t;
                 k += 1;
             }
-            out[set] = x.like(self.decays[set]) * power;
-            sum += out[set];
+            let strength = x.like(*decay) * power;
+            sum += strength;
+            strength.store(out, part);
         }
         let scale = if normalized {
             x.like(1.0) / sum
         } else {
             (-(offset * offset * x.like(half_precision))).series_exp()
         };
-        for strength in &mut out[..self.len()] {
-            *strength = (*strength * scale).unless_tiny(TINY_MEMBERSHIP);
+        for strength in out {
+            let scaled = strength.load(simd, part) * scale;
+            scaled.unless_tiny(TINY_MEMBERSHIP).store(strength, part);
         }
     }
 }

@@ -18,6 +18,28 @@ impl<const N: usize> Chain<N, Abreast> {
             ground_energy: first.ground_energy,
         })
     }
+
+    /// Whether all frames of one are those of the other, at every q.
+    pub fn poses_as(&self, other: &Self) -> bool {
+        let same = |(one, other): (&Joint<Abreast>, &Joint<Abreast>)| {
+            one.revolute == other.revolute && one.rest == other.rest
+        };
+        self.joints.iter().zip(&other.joints).all(same)
+    }
+
+    /// The frames at q, of a part.
+    #[inline(always)]
+    pub fn turns_of<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        q: &Vector<N, Register<S>>,
+    ) -> [Turn<Register<S>>; N] {
+        let mut turns = [self.joints[0].load(simd, part).turn(q[0]); N];
+        for i in 1..N {
+            turns[i] = self.joints[i].load(simd, part).turn(q[i]);
+        }
+        turns
+    }
 }
 
 impl<const N: usize, T: Real> Chain<N, T> {

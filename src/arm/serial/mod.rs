@@ -46,6 +46,8 @@ use crate::math::{Matrix, Vector};
 pub(super) use joint::Chain;
 use joint::Mass;
 use place::{Of, PoseNames};
+#[cfg(feature = "std")]
+pub(crate) use space::Turn;
 use space::V3;
 use validate::validate_pose;
 

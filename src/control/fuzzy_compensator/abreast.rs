@@ -33,8 +33,10 @@ pub(in crate::control) struct PerJoint<const N: usize> {
     p12: [Abreast; N],
     p22: [Abreast; N],
     gain: [Abreast; N],
-    /// The weights of each joint, rule after rule.
+    /// The weights of each joint, rule after rule, and zeros up to whole lanes of rules.
     weights: [Vec<Abreast>; N],
+    /// ξ of a joint, likewise.
+    xi: Vec<Abreast>,
     stages: [Recorded<N>; STAGES],
     /// ρ̂ of the latest stage.
     pub estimate: Vector<N, Abreast>,
@@ -91,7 +93,12 @@ impl<const N: usize> PerJoint<N> {
             p12: of(&|it, n| it.update.p[n].p12),
             p22: of(&|it, n| it.update.p[n].p22),
             gain: of(&|it, n| it.update.parameters.adaptation.gain[n]),
-            weights: from_fn(|n| places.iter().map(|place| weight(n, *place)).collect()),
+            weights: from_fn(|n| {
+                let mut own = vec![Abreast::all(0.0); rules.next_multiple_of(LANES)];
+                own.iter_mut().zip(&places).for_each(|(w, place)| *w = weight(n, *place));
+                own
+            }),
+            xi: vec![Abreast::all(0.0); rules.next_multiple_of(LANES)],
             stages: from_fn(|_| Recorded { memberships, drive: zeros }),
             estimate: zeros,
             advances: state.advances,
@@ -149,18 +156,16 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
                     let x = x.like(*scale) * x;
                     let sets = &it.sets[n][k];
                     missed += sets.beyond(x);
-                    let mut strengths = [x; Spaced::MOST];
-                    sets.memberships(x, it.normalized, &mut strengths);
-                    for set in 0..sets.len() {
-                        strengths[set].store(&mut here.memberships[n][k][set], part);
-                    }
+                    let out = &mut here.memberships[n][k];
+                    sets.memberships((simd, part), x, it.normalized, out);
                 }
                 let (e, de) = (seen.e[n].load(simd, part), seen.de[n].load(simd, part));
                 let s = it.p12[n].load(simd, part) * e + it.p22[n].load(simd, part) * de;
                 let [first, second] = &here.memberships[n];
                 let lengths = [it.sets[n][0].len(), it.sets[n][1].len()];
                 let rules = (&first[..lengths[0]], &second[..lengths[1]]);
-                let mut learnt = contract((simd, part), &it.weights[n], rules, s);
+                multiply((simd, part), rules, &mut it.xi);
+                let mut learnt = contract((simd, part), &it.weights[n], &it.xi, s);
                 for (j, past) in before.iter().enumerate() {
                     if factors[j] != 0.0 {
                         let [first, second] = &past.memberships[n];
@@ -181,22 +186,29 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
 /// The memberships of both inputs.
 type Rules<'a> = (&'a [Abreast], &'a [Abreast]);
 
+/// ξ from the memberships.
+#[inline(always)]
+fn multiply<S: Simd>((simd, part): (S, usize), (first, second): Rules<'_>, xi: &mut [Abreast]) {
+    for (row, p) in xi.chunks_exact_mut(second.len()).zip(first) {
+        let p = p.load(simd, part);
+        for (xi, q) in row.iter_mut().zip(second) {
+            (p * q.load(simd, part)).store(xi, part);
+        }
+    }
+}
+
 /// w·ξ, in the order of sums of one run: over lanes of rules first.
 #[inline(always)]
 fn contract<S: Simd>(
     (simd, part): (S, usize),
     weights: &[Abreast],
-    (first, second): Rules<'_>,
+    xi: &[Abreast],
     like: Register<S>,
 ) -> Register<S> {
     let mut lanes = [like.like(0.0); LANES];
-    let mut rule = 0;
-    for p in first {
-        let p = p.load(simd, part);
-        for q in second {
-            let xi = p * q.load(simd, part);
-            lanes[rule % LANES] += weights[rule].load(simd, part) * xi;
-            rule += 1;
+    for (w, xi) in weights.as_chunks::<LANES>().0.iter().zip(xi.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            lanes[lane] += w[lane].load(simd, part) * xi[lane].load(simd, part);
         }
     }
     let [a, b, c, d, e, f, g, h] = lanes;

@@ -79,9 +79,12 @@ where
             dq: side_by_side(&cases.map(|case| case.dq0.into())),
         };
         let desired = Setpoint { q: zeros, dq: zeros, ddq: zeros };
+        let plants = A::abreast(cases.map(|case| &case.plant.arm))?;
+        let laws = L::abreast(cases.map(|case| &case.controller.law))?;
         let bodies = Bodies {
-            plants: A::abreast(cases.map(|case| &case.plant.arm))?,
-            laws: L::abreast(cases.map(|case| &case.controller.law))?,
+            one_pose: plants.pose_as(laws.arms()),
+            plants,
+            laws,
             limits,
             wraps,
             start,

@@ -20,6 +20,8 @@ use crate::sim::stiff::Moved;
 pub(super) struct Bodies<const N: usize> {
     pub plants: ArmsAbreast<N>,
     pub laws: LawsAbreast<N>,
+    /// Whether the laws' arms have the frames of the plants at every q.
+    pub one_pose: bool,
     /// Limits of the controllers, and of the plants.
     pub limits: [Limits<N, Abreast>; 2],
     pub wraps: [bool; N],
@@ -111,7 +113,14 @@ impl<const N: usize> WithSimd for Act<'_, N> {
         let Self { bodies, i, rho_hat, tau_d } = self;
         for part in 0..Register::<S>::PARTS {
             let (seen, rho_hat) = (bodies.seen.load(simd, part), rho_hat.load(simd, part));
-            let demand = bodies.laws.torque((simd, part), &seen, &rho_hat);
+            let (at, Sample { q, dq, .. }) = ((simd, part), &seen);
+            let poses = bodies.plants.poses(at, q);
+            let demand = if bodies.one_pose {
+                bodies.laws.torque(at, &poses, &seen, &rho_hat)
+            } else {
+                let believed = bodies.laws.arms().poses(at, q);
+                bodies.laws.torque(at, &believed, &seen, &rho_hat)
+            };
             let (mut asked, mut rho) = (demand.model, rho_hat);
             for n in 0..N {
                 asked[n] += demand.compensation[n];
@@ -123,8 +132,7 @@ impl<const N: usize> WithSimd for Act<'_, N> {
             for n in 0..N {
                 net[n] -= tau_d[n];
             }
-            let Sample { q, dq, .. } = &seen;
-            let ddq = bodies.plants.forward_dynamics((simd, part), q, dq, &net);
+            let ddq = bodies.plants.forward_dynamics(at, &poses, dq, &net);
             for n in 0..N {
                 rho[n] = ddq[n] - demand.v[n] + rho_hat[n];
             }
