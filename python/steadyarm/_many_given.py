@@ -37,35 +37,33 @@ def given(
     control_period: float | None,
 ) -> Given:
     """Tell the runs apart. Raises ValueError and TypeError that name the argument."""
-    lists = {name: _several(name, value) for name, value in parts.items()}
-    for name, value in (("changes", changes), ("seeds", seeds)):
-        if value is not None:
-            lists[name] = _sequence(name, value)
-    count = _count({name: value for name, value in lists.items() if isinstance(value, list)})
-    every = {name: it if isinstance(it, list) else [it] for name, it in lists.items()}
-    for name, values in _changed(every, every.pop("changes", [])).items():
-        every[name] = values
+    every = {name: _several(name, value) for name, value in parts.items()}
+    others = {"changes": changes, "seeds": seeds}
+    asked = {name: _one_a_run(name, it) for name, it in others.items() if it is not None}
+    count = _count({name: it for name, it in (every | asked).items() if isinstance(it, list)})
+    lists = {name: it if isinstance(it, list) else [it] for name, it in every.items()}
+    lists |= _changed(lists, asked.get("changes", []))
     if seeds is not None:
-        every["effects"] = _seeded(Given(count, every), every.pop("seeds"))
-    runs = Given(count, every)
-    _check_plants(every["plant"])
-    every["tracker"] = _in_controllers(runs, control_period)
-    return runs
+        lists["effects"] = _seeded(Given(count, lists), asked)
+    _check_plants(lists["plant"])
+    lists["tracker"] = _in_controllers(Given(count, lists), control_period)
+    return Given(count, lists)
 
 
 def _several(name: str, value: Any) -> Any:
     """A list if there is one a run."""
     if name not in ("q0", "dq0"):
         return list(value) if isinstance(value, list | tuple) else value
-    if value is None:
-        return None
-    array = np.asarray(value, dtype=float)
+    try:
+        array = np.asarray(value)
+    except Exception:  # the core says what is wrong with it
+        return value
     if array.ndim > 2:
-        raise ValueError(f"{name}: got shape {array.shape}, wants (n,) or (runs, n)")
-    return list(array) if array.ndim == 2 else array
+        raise ValueError(f"{name}: got shape {array.shape}, wants (n,) or (M, n)")
+    return list(array) if array.ndim == 2 else value
 
 
-def _sequence(name: str, value: Any) -> list[Any]:
+def _one_a_run(name: str, value: Any) -> list[Any]:
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Sequence | np.ndarray):
         raise TypeError(f"{name}: got {value!r:.80}, wants a list with one a run")
     return list(value)
@@ -161,13 +159,15 @@ def _arguments(value: Any) -> dict[str, Any]:
     return {}
 
 
-def _seeded(runs: Given, seeds: list[Any]) -> list[Any]:
+def _seeded(runs: Given, asked: Mapping[str, list[Any]]) -> list[Any]:
     """The effects of each run, with its seed."""
+    if any("effects.seed" in change for change in asked.get("changes", [])):
+        raise ValueError("seeds: got changes of 'effects.seed' beside them, wants one of the two")
     seeded = []
-    for run, seed in enumerate(seeds):
+    for run, seed in enumerate(asked["seeds"]):
         effects = runs.part("effects", run)
         if not isinstance(effects, _core.Effects):
-            raise ValueError(f"seeds: got effects={effects!r:.80}, wants Effects, whose seed it is")
+            raise ValueError(f"seeds: got effects={effects!r:.80}, wants Effects to have them")
         try:
             seeded.append(effects.__replace__(seed=index(seed)))
         except (TypeError, ValueError):
