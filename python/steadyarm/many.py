@@ -37,8 +37,9 @@ class Runs:
     """What `simulate_many` returns: the figures of M runs of n joints, and how each ended.
 
     ``len(runs)`` is M. With records, ``runs[i]`` is the `Run` of `simulate`, its notes with it, and
-    ``for run in runs`` goes through them. Runs without figures, which were interrupted or raised,
-    have NaN. Printed as a table. For a prismatic joint m and N stand for rad and N·m.
+    ``for run in runs`` goes through them. Figures are NaN of a run that was interrupted, that
+    raised, or that has no row in the window. Printed as a table. For a prismatic joint m and N
+    stand for rad and N·m.
     """
 
     rms_e: Array
