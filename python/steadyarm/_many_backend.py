@@ -134,7 +134,6 @@ def _run(
         e, t = columns["e"], columns["t"]
         with suppress(ValueError):
             figures = _core.metrics(t, e, columns["tau"], window, band)
-    found["status"] = status
     if record == "motion":
         found["own"] = []
         found["columns"] = {n: it if n in MOTION else None for n, it in columns.items()}

@@ -91,7 +91,8 @@ def test_names_of_joints_that_differ_are_their_numbers() -> None:
     arm = sa.Serial.from_dh([0.5, 0.5], 0.0, 0.0, mass=4.0, inertia=0.1)
     runs = many(plant=[sa.Plant(arm), plant(TWO)])
     assert runs.joint_names == ("1", "2")
-    assert runs.metrics(0).joint_names == tuple(arm.joint_names)
+    assert runs.metrics(0).joint_names == tuple(arm.joint_names) != ("1", "2")
+    assert runs.metrics(1).joint_names == ("1", "2")
 
 
 def test_seeds_are_those_of_the_effects_of_each_run() -> None:
@@ -148,6 +149,12 @@ class Spring:
 def test_changes_reach_into_a_controller_of_ones_own() -> None:
     runs = many(tracker=Spring(), changes=[{"tracker.stiffness": k} for k in (50.0, 150.0)])
     assert_same(runs, [alone(tracker=Spring(k)) for k in (50.0, 150.0)])
+
+
+def test_a_controller_of_ones_own_is_given_the_arm_of_each_plant() -> None:
+    plants = [heavier(5.0), heavier(6.0)]
+    runs = many(tracker=Springs(), plant=plants, record="motion")
+    assert [run.tracker.arm for run in runs if run.tracker] == [it.arm for it in plants]
 
 
 def test_changes_of_lists_are_of_the_object_of_their_run() -> None:
