@@ -88,7 +88,7 @@ test-python: $(VENV)/wheel $(VENV)/tools
 # All programs run, even if a claim falls short.
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
-	@failed=0; for program in results.py compare.py rivals.py recommended.py view.py; do \
+	@failed=0; for program in results.py compare.py "many.py --full" rivals.py recommended.py view.py; do \
 	  $(BIN)/python benches/$$program || failed=1; \
 	done; exit $$failed
 
@@ -120,6 +120,7 @@ house:
 same-work: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked -- --test
 	$(BIN)/python benches/compare.py --quick
+	$(BIN)/python benches/many.py --quick
 	$(BIN)/python benches/friction_accuracy.py
 
 # The mark tells whether all went well: tee hides the exit code.
