@@ -3,7 +3,8 @@
 # make robot       the Panda in MuJoCo with an unknown payload: every controller, tables and pictures, in robot/
 # make robots      the chosen controllers on all robots and in all cases, and ten seeds, in robots/: takes long
 # make which       the tables and pictures of "Which controller?" in the manual, in docs/which: ten minutes
-# make bench       speed: criterion benches, and the Python peers; writes benches/results/<processor>.csv
+# make bench       speed: criterion benches, and the Python peers, every claim with its verdict; writes
+#                  benches/results/<processor>.csv (`python benches/claims.py`: the smallest ratios of all of them)
 # make bench-dynamics   speed of the dynamics against Pinocchio and dynibo (compiles Pinocchio's headers: minutes)
 # make docs        the manual, in docs/_build/html
 # make docs-check  the manual built anew, and every page of it opened in Chromium without a network
@@ -84,13 +85,12 @@ test-python: $(VENV)/wheel $(VENV)/tools
 	cd tests/python && ../../$(BIN)/python -m mypy.stubtest steadyarm --allowlist stubtest-allowlist.txt
 	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=loadfile .
 
+# All programs run, even if a claim falls short.
 bench: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked
-	$(BIN)/python benches/results.py
-	$(BIN)/python benches/compare.py
-	$(BIN)/python benches/rivals.py
-	$(BIN)/python benches/recommended.py
-	$(BIN)/python benches/view.py
+	@failed=0; for program in results.py compare.py "many.py --full" rivals.py recommended.py view.py; do \
+	  $(BIN)/python benches/$$program || failed=1; \
+	done; exit $$failed
 
 bench-dynamics: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked --bench dynamics
@@ -120,6 +120,7 @@ house:
 same-work: $(VENV)/wheel $(VENV)/peers
 	$(CARGO) bench --locked -- --test
 	$(BIN)/python benches/compare.py --quick
+	$(BIN)/python benches/many.py --quick
 	$(BIN)/python benches/friction_accuracy.py
 
 # The mark tells whether all went well: tee hides the exit code.

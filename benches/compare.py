@@ -10,11 +10,12 @@ the same work; if they do not, nothing is timed.
 
 Shared machines are noisy, so no figure stands alone: look at ratios. Each is printed for the clock
 and for the thread's processor time, which leaves out the time when others hold the core (a long run
-is interrupted more often than a short one, which flatters the short one). A claim is met if both
-ratios meet it. No environment variable, affinity or thread count is set, with one exception: the
+is interrupted more often than a short one, which flatters the short one). A claim holds if both
+ratios reach it. No environment variable, affinity or thread count is set, with one exception: the
 Riccati solver of SciPy is timed with the BLAS threads it finds and with one; the faster counts.
 
-All figures go to ``results/<processor>.csv``, unless it is to be ``--quick``.
+All figures go to ``results/<processor>.csv``; ``--quick`` neither keeps nor judges them. Ends with
+1 where a claim falls short.
 
 The C++ peer needs a compiler and Eigen (Debian: g++ libeigen3-dev); the Rust figures need cargo.
 Without them their rows are left out, with a note.
@@ -23,14 +24,11 @@ Without them their rows are left out, with a note.
 import argparse
 import json
 import os
-import platform
 import shutil
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +43,7 @@ sys.path.insert(0, str(HERE / "peers"))
 import closed_loop_numba  # noqa: E402
 import closed_loop_numpy  # noqa: E402
 import closed_loop_scipy  # noqa: E402
-import results  # noqa: E402
+from claims import Paired, medians, report, within  # noqa: E402
 from problem import DURATION, GAIN, RMS, STEP, STEPS, rms, start, timed  # noqa: E402
 
 RMS_TOL = 1e-7
@@ -59,72 +57,13 @@ P_TOL = 1e-9
 RTOL, ATOL = 1.55e-9, 1.55e-9
 FINAL = {"record_every": STEPS, "record": "motion"}
 
+EXCESS = 700.0
+"""A step from Python may take so much longer than from Rust [ns]."""
+
 MOTION = {"record": "motion"}
 """Positions and velocities; the peers keep the positions alone."""
 
-WIDTH = 56
-"""Of the first column of the table."""
-
 SCENE = sa.paper.simulation(3, form="grid", normalized=True, gain=GAIN)
-
-
-@dataclass
-class Row:
-    """A claim: our times and theirs, (clock, processor) [s] each, and the ratio wanted, if any."""
-
-    claim: str
-    ours: list[tuple[float, float]]
-    theirs: list[tuple[float, float]]
-    wanted: float | None
-
-    def figures(self):
-        """Return our and their time [s], and the ratios of clock and processor time."""
-        ours, theirs = medians(self.ours), medians(self.theirs)
-        return ours[0], theirs[0], *(b / a for a, b in zip(ours, theirs, strict=True))
-
-    def __str__(self):
-        ours, theirs, *ratios = self.figures()
-        line = f"{self.claim:<{WIDTH}} {unit(ours):>9} {unit(theirs):>9}"
-        line += f" {ratios[0]:8.1f} {ratios[1]:8.1f}"
-        if self.wanted is None:
-            return line
-        return f"{line} {self.wanted:8g}  {'yes' if min(ratios) >= self.wanted else 'no'}"
-
-
-@dataclass
-class Excess:
-    """A claim: how much longer our time may be than another of ours [s]."""
-
-    claim: str
-    ours: list[tuple[float, float]]
-    other: list[tuple[float, float]]
-    wanted: float
-
-    def figures(self):
-        """Return our time and the other [s], and the ratios of clock and processor time."""
-        return Row(self.claim, self.ours, self.other, None).figures()
-
-    def __str__(self):
-        ours, other, *_ = self.figures()
-        met = "yes" if ours - other <= self.wanted else "no"
-        excess = f"+{unit(ours - other)}"
-        return (
-            f"{self.claim:<{WIDTH}} {unit(ours):>9} {unit(other):>9} {excess:>17} "
-            f"{'+' + unit(self.wanted):>8}  {met}"
-        )
-
-
-def medians(times):
-    """Return the median clock and processor time."""
-    return [statistics.median(column) for column in zip(*times, strict=True)]
-
-
-def unit(seconds):
-    """Write a time with three digits."""
-    for scale, name in ((1, "s"), (1e3, "ms"), (1e6, "us")):
-        if abs(seconds) * scale >= 1:
-            return f"{seconds * scale:.3g} {name}"
-    return f"{seconds * 1e9:.3g} ns"
 
 
 def simulate(method="rk4", **options):
@@ -241,13 +180,11 @@ def compare_closed_loops(rounds, eigen):
     peers = {"Numba": (closed_loop_numba.run, 2.5), "NumPy": (closed_loop_numpy.run, 120)}
     rows = []
     if eigen:
-        rows.append(Row("RK4, 625 rules, 20 s: Eigen -O3 -march=native", [], [], 3.5))
-    rows += [
-        Row(f"RK4, 625 rules, 20 s: {name}", [], [], want) for name, (_, want) in peers.items()
-    ]
-    rows.append(Row("DP5(4), a row every 1 ms: SciPy solve_ivp", [], [], 300))
-    rows.append(Row("the same, torque, rho, V in the rows too: SciPy, motion", [], [], None))
-    rows.append(Row("DP5(4), only the final state: SciPy solve_ivp", [], [], None))
+        rows.append(Paired("RK4, 625 rules, 20 s: Eigen -O3 -march=native", 3.5))
+    rows += [Paired(f"RK4, 625 rules, 20 s: {name}", want) for name, (_, want) in peers.items()]
+    rows.append(Paired("DP5(4), a row every 1 ms: SciPy solve_ivp", 300))
+    rows.append(Paired("the same, torque, rho, V in the rows too: SciPy, motion"))
+    rows.append(Paired("DP5(4), only the final state: SciPy solve_ivp"))
     pairs = [(lambda: simulate(**MOTION), run) for run, _ in peers.values()]
     pairs += [(lambda: adaptive(**MOTION), closed_loop_scipy.run)]
     pairs += [(adaptive, closed_loop_scipy.run), (lambda: adaptive(**FINAL), scipy_final)]
@@ -259,7 +196,7 @@ def compare_closed_loops(rounds, eigen):
         for row, (ours, theirs) in zip(rows[-len(pairs) :], pairs, strict=True):
             row.ours.append(timed(ours)[:2])
             row.theirs.append(timed(theirs)[:2])
-    return rows
+    return [row.claim() for row in rows]
 
 
 def compare_steps(rounds, eigen):
@@ -290,9 +227,11 @@ def compare_steps(rounds, eigen):
             rk4.append((result["seconds"] / STEPS, result["cpu"] / STEPS))
     rows = []
     if rust and rk4:
-        rows.append(Row("a sampled step, 625 rules: a step of RK4 in Eigen", rust, rk4, 10))
+        figure = "a sampled step, 625 rules: a step of RK4 in Eigen"
+        rows.append(Paired(figure, 10, ours=rust, theirs=rk4).claim())
     if rust:
-        rows.append(Excess("a sampled step from Python: from Rust", python, rust, 0.7e-6))
+        ours, most = 1e9 * medians(python)[0], 1e9 * medians(rust)[0] + EXCESS
+        rows.append(within("a sampled step from Python: from Rust, and 0.7 us", ours, most))
     return rows, closed
 
 
@@ -305,10 +244,12 @@ def compare_riccati(rounds, closed):
         for _ in range(rounds)
     ]
     small, large = compare_matrices(rounds, 2, 10), compare_matrices(rounds, 7, 3)
-    rows = [Row("Riccati, 2 joints, building the controller: SciPy", built, small.theirs, None)]
+    building = "Riccati, 2 joints, building the controller: SciPy"
+    rows = [Paired(building, ours=built, theirs=small.theirs)]
     if closed:
-        rows.append(Row("Riccati, 2 joints, closed form, Rust: SciPy", closed, small.theirs, 40))
-    return [*rows, small, large]
+        form = "Riccati, 2 joints, closed form, Rust: SciPy"
+        rows.append(Paired(form, 40, ours=closed, theirs=small.theirs))
+    return [row.claim() for row in (*rows, small, large)]
 
 
 def compare_matrices(rounds, joints, wanted):
@@ -327,18 +268,13 @@ def compare_matrices(rounds, joints, wanted):
             single.append(often(theirs))
     faster = min(found, single, key=lambda times: medians(times)[0])
     threads = "one BLAS thread" if faster is single else "BLAS threads as found"
-    return Row(f"Riccati, {joints} joints, matrices: SciPy, {threads}", ours, faster, wanted)
+    print(f"Riccati, {joints} joints: SciPy's time is that with {threads}")
+    return Paired(f"Riccati, {joints} joints, matrices: SciPy", wanted, ours=ours, theirs=faster)
 
 
 def often(function):
     """Return the median times of a short call, over batches of 20."""
     return medians([batch(function, 20) for _ in range(20)])
-
-
-def record(row):
-    """Return a row of ``results``."""
-    ours, theirs, *ratios = row.figures()
-    return row.claim, 1e9 * ours, 1e9 * theirs, *ratios
 
 
 def main():
@@ -358,18 +294,12 @@ def main():
         steps, closed = compare_steps(rounds, eigen)
     rows += steps + compare_riccati(rounds, closed)
 
-    print(f"\n{platform.machine()}, {os.cpu_count()} cores, medians of {rounds} rounds")
-    print(f"{'claim: against':<{WIDTH}} {'ours':>9} {'theirs':>9}", end="")
-    print(f" {'clock':>8} {'cpu':>8} {'wanted':>8}  met")
-    for row in rows:
-        print(row)
     if eigen is None:
         print(f"left out: Eigen ({missing})")
     if not closed:
         print("left out: the figures from Rust (no cargo)")
-    if not options.quick:
-        print(f"see {results.write('compare', map(record, rows))}")
+    return report("compare", rows, keep=not options.quick)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

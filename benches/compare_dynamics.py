@@ -22,8 +22,8 @@ from pathlib import Path
 
 import numpy as np
 import pinocchio
-import results
 import steadyarm as sa
+from claims import Claim, report
 
 HERE = Path(__file__).parent
 PREFIX = Path(pinocchio.__file__).parents[4]
@@ -104,19 +104,13 @@ def main():
                 for key, ns in row.items():
                     found.setdefault(key, []).append(ns)
     median = {key: statistics.median(values) for key, values in found.items()}
-    print(f"{'Panda, 7 joints: against':<40} {'ours':>8} {'theirs':>8} {'ratio':>6} {'wanted':>7}")
     rows = []
     for claim, operation, library, theirs, wanted in CLAIMS:
         ours = median["steadyarm", operation]
         best = min(median[library, name] for name in theirs)
-        rows.append((f"Panda, {claim}", ours, best, best / ours, None))
-        line = f"{claim:<40} {ours:5.0f} ns {best:5.0f} ns {best / ours:6.2f}"
-        verdict = (
-            "" if wanted is None else f" {wanted:7g}  {'yes' if best / ours >= wanted else 'no'}"
-        )
-        print(line + verdict)
-    print(f"see {results.write('compare_dynamics', rows)}")
+        rows.append(Claim(f"Panda, {claim}", ours, best, best / ours, wanted=wanted))
+    return report("compare_dynamics", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -13,7 +13,7 @@ import sys
 import time
 
 import steadyarm as sa
-from results import write
+from claims import report, within
 
 TURNS = 5
 MOST = {"law": 0.1, "paper_sensors": 1.5, "panda_payload": 15.0}
@@ -32,20 +32,15 @@ def median(clock, work):
 
 def main():
     """Time them, keep the figures, and say which fall short."""
-    scene, rows, short = sa.Scenario.read("paper_sensors"), [], False
+    scene, rows = sa.Scenario.read("paper_sensors"), []
     for name in scene.controllers:
         seconds = median(time.process_time, lambda name=name: scene.simulate(name))
-        rows.append((f"{name}: 40 s with sensors", seconds, MOST["law"]))
+        figure = f"{name}: 40 s with sensors"
+        rows.append(within(figure, 1e9 * seconds, 1e9 * MOST["law"], of="cpu"))
     for name in ("paper_sensors", "panda_payload"):
         seconds = median(time.perf_counter, lambda name=name: sa.compare(name, progress=False))
-        rows.append((f"{name}: comparison", seconds, MOST[name]))
-    for figure, seconds, most in rows:
-        short |= seconds > most
-        verdict = "holds" if seconds <= most else "falls short"
-        print(f"{figure:45} {seconds:8.3f} s, wanted {most:g} s: {verdict}")
-    kept = [(figure, 1e9 * seconds, None, None, None) for figure, seconds, _ in rows]
-    print(f"see {write('rivals', kept)}")
-    return int(short)
+        rows.append(within(f"{name}: comparison", 1e9 * seconds, 1e9 * MOST[name]))
+    return report("rivals", rows)
 
 
 if __name__ == "__main__":

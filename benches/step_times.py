@@ -5,9 +5,10 @@ Usage: python benches/step_times.py (runs ``cargo bench --bench step_times``)
 
 import json
 import subprocess
+import sys
 from pathlib import Path
 
-from results import write
+from claims import Claim, report
 
 
 def main():
@@ -19,10 +20,9 @@ def main():
     rows = []
     for found in map(json.loads, (x for x in run.stdout.splitlines() if x.startswith("{"))):
         figure = found.pop("figure")
-        print(figure, found)
-        rows += [(f"{figure}: {name}", ns, None, None, None) for name, ns in found.items()]
-    print(f"see {write('step_times', rows)}")
+        rows += [Claim(f"{figure}: {name}", ns) for name, ns in found.items()]
+    return report("step_times", rows)
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -9,7 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from results import write
+from claims import Claim, report, within
 
 MOST = 1.5
 """The worst over the usual, at most."""
@@ -22,17 +22,14 @@ def main():
         command, cwd=Path(__file__).parent.parent, check=True, capture_output=True, text=True
     )
     found = [json.loads(line) for line in run.stdout.splitlines() if line.startswith("{")]
-    rows, bad = [], False
+    rows = []
     for name in dict.fromkeys(row["figure"].split(": ")[0] for row in found):
         own = [row for row in found if row["figure"].split(": ")[0] == name]
         usual, worst = own[0]["ns"], max(own, key=lambda row: row["ns"])
-        bad |= worst["ns"] > MOST * usual
-        rows.append((f"{name}: usual", usual, None, None, None))
-        rows.append((f"{name}: worst", worst["ns"], None, None, None))
-        print(f"{name}: usual {usual} ns, worst {worst['ns']} ns, {worst['ns'] / usual:.2f} times")
-        print(f"    {worst['figure']}")
-    print(f"see {write('worst_case', rows)}")
-    return int(bad)
+        rows.append(Claim(f"{name}: usual", usual))
+        rows.append(within(f"{name}: worst", worst["ns"], MOST * usual))
+        print(f"{worst['figure']}: {worst['ns'] / usual:.2f} times the usual")
+    return report("worst_case", rows)
 
 
 if __name__ == "__main__":
