@@ -63,6 +63,7 @@ from .comparison import Comparison
 from .design import DesignReport, LinearModel, design
 from .learnable import Learnable, learnable
 from .learned import Learned, learned
+from .many import Runs, simulate_many
 from .metrics import Metrics
 from .recommended import recommended
 from .record import Certificate, Channel, GuardReport, Status
@@ -109,6 +110,7 @@ __all__ = [
     "Quintic",
     "RiccatiSolution",
     "Run",
+    "Runs",
     "Scenario",
     "Scene",
     "Serial",
@@ -134,6 +136,7 @@ __all__ = [
     "replay",
     "scenario_names",
     "simulate",
+    "simulate_many",
 ]
 
 

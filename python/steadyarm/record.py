@@ -32,8 +32,8 @@ class Status:
     long for, and an estimate of the error; take a smaller ``dt``, or ``method="dp54"``.
     """
 
-    kind: Literal["finished", "unresolved", "diverged", "interrupted"]
-    """How it ended."""
+    kind: Literal["finished", "unresolved", "diverged", "interrupted", "raised"]
+    """How it ended; "raised", by an exception of a callable, in `simulate_many` alone."""
     t: float
     """When it ended [s]."""
     reason: str = ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -93,9 +93,7 @@ def simulate(
     Exception
         Whatever a callable raises, with a note of when; its attribute ``run`` holds the run so far.
     """
-    if not isinstance(tracker, _core.Controller | _core.Guard) and hasattr(tracker, "step"):
-        arm = getattr(plant, "arm", None)
-        tracker = _core.Controller(arm, tracker, control_period=control_period)
+    tracker = in_controller(plant, tracker, control_period)
     arguments = (plant, tracker, reference, duration, dt, method)
     numerics = (control_period, q0, dq0, rtol, atol, record_every)
     run_of = functools.partial(_core.simulate, *arguments, *numerics, record, effects)
@@ -107,9 +105,7 @@ def simulate(
         columns, raised = run_of(_stopping.poll())
     options = (duration, dt, method, *numerics, record, effects)
     given = dict(zip(_scene.OPTIONS, options, strict=True))
-    run = Run._from_record(columns, plant, reference, given, _scene.own_law(tracker))
-    notes = _notes(run, plant, tracker, reference, duration, q0)
-    vars(run)["notes"] = (*notes, *_loop_notes(tracker, control_period, effects))
+    run = recorded(columns, plant, tracker, reference, given)
     if raised is not None:
         step = round(run.status.t / dt)
         raised.add_note(f"steadyarm: raised by a callable at t = {run.status.t:.6g} s, step {step}")
@@ -129,6 +125,28 @@ def replay(
 ) -> Run:
     """Simulate the run in the file at ``path`` again: ``Run.load(path).replay(...)``."""
     return Run.load(path).replay(reference=reference, disturbance=disturbance, law=law)
+
+
+def in_controller(plant: Any, tracker: Any, control_period: float | None) -> Any:
+    """A tracker, or else an object with a method ``step``, in a controller for the plant's arm."""
+    if isinstance(tracker, _core.Controller | _core.Guard) or not hasattr(tracker, "step"):
+        return tracker
+    return _core.Controller(getattr(plant, "arm", None), tracker, control_period=control_period)
+
+
+def recorded(
+    record: dict[str, Any],
+    plant: _core.Plant,
+    tracker: _core.Controller | _core.Guard,
+    reference: Reference,
+    options: Mapping[str, Any],
+) -> Run:
+    """The run of a record, with its notes; ``options``: those of `_scene.OPTIONS`."""
+    run = Run._from_record(record, plant, reference, options, _scene.own_law(tracker))
+    notes = _notes(run, plant, tracker, reference, options["duration"], options["q0"])
+    period, effects = options["control_period"], options["effects"]
+    vars(run)["notes"] = (*notes, *_loop_notes(tracker, period, effects))
+    return run
 
 
 def _notes(
