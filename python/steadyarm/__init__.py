@@ -70,6 +70,7 @@ from .record import Certificate, Channel, GuardReport, Status
 from .run import Run
 from .scenario import Scene
 from .simulation import DesignWarning, replay, simulate
+from .sweep import LatinHypercube, Sweep, sweep
 
 if _TYPE_CHECKING:
     from types import ModuleType
@@ -99,6 +100,7 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "GuardReport",
+    "LatinHypercube",
     "Learnable",
     "Learned",
     "LinearModel",
@@ -116,6 +118,7 @@ __all__ = [
     "Serial",
     "Sines",
     "Status",
+    "Sweep",
     "Table",
     "TwoLink",
     "Waypoints",
@@ -137,6 +140,7 @@ __all__ = [
     "scenario_names",
     "simulate",
     "simulate_many",
+    "sweep",
 ]
 
 

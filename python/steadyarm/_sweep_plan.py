@@ -40,8 +40,10 @@ Values = NDArray[Any]
 @documented
 @dataclass(frozen=True)
 class LatinHypercube:
-    """Points spread over ranges: each range is cut into as many parts as there are points, and every
-    part has one point in it. For three inputs or more it says more than a grid of as many points.
+    """Points spread over ranges.
+
+    Each range is cut into as many parts as there are points, and every part has one point in it.
+    For three inputs or more it says more than a grid of as many points.
 
     >>> sa.LatinHypercube(200, {"payload": (0.0, 3.0), "friction": (0.0, 0.02)}, seed=1)
 
@@ -127,7 +129,7 @@ class Plan:
         """What there is to tell two plans apart, in words."""
         strides = {name: it.stride for name, it in self.inputs.items()}
         order = ", ".join(sorted(strides, key=lambda name: -strides[name]))
-        found = {name: it.said() for name, it in self.inputs.items()}
+        found = {f"over[{name!r}]": it.said() for name, it in self.inputs.items()}
         return {"rows": str(self.rows), **found, "order, the slowest first": order}
 
 

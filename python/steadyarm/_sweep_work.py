@@ -3,19 +3,27 @@
 from __future__ import annotations
 
 import math
+import signal
+import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from types import FrameType
 from typing import Any, Protocol
 
 import numpy as np
 
+from ._joints import in_length, lengths
 from ._scene import VERSION
 from ._sweep_plan import TAKEN
 from .compare_runner import _words
 from .many import simulate_many
+from .metrics import NAMES, UNITS
 
 Row = dict[str, Any]
+Together = dict[str, list[tuple[Row, Mapping[str, Any]]]]
+"""Runs that share their options."""
 
 PARTS = ("plant", "tracker", "reference")
 """What tells arguments of `simulate` from figures."""
@@ -40,9 +48,6 @@ class Source(Protocol):
     def said(self) -> dict[str, Any]:
         """What there is to tell two sources apart, for a file."""
 
-    def again(self, point: Row) -> str:
-        """What repeats a point, for a reader."""
-
 
 @dataclass(frozen=True)
 class Chunk:
@@ -50,6 +55,8 @@ class Chunk:
 
     columns: dict[str, list[Any]]
     """The rows by name, without their inputs."""
+    units: dict[str, str]
+    """Of the figures, by name."""
     seconds: float
     """How long they took, all together."""
     version: str = VERSION
@@ -59,22 +66,55 @@ class Chunk:
 def computed(source: Source, points: Sequence[Row], threads: int | None) -> Chunk:
     """Compute rows; those that are arguments of `simulate` go into `simulate_many` together."""
     begun = time.perf_counter()
-    rows: list[Row] = [{} for _ in points]
-    together: dict[str, list[tuple[Row, Mapping[str, Any]]]] = {}
-    for row, point in zip(rows, points, strict=True):
-        try:
-            made = source.made(point)
-            if isinstance(made, Mapping) and all(name in made for name in PARTS):
-                together.setdefault(_shared(made), []).append((row, made))
-            else:
-                row |= _figures(made, point)
-        except Refused as error:
-            row |= ended("refused", str(error))
-        except Exception as error:  # of the user's function: it loses its own row alone
-            row |= ended("raised", _words(error))
-    for runs in together.values():
-        _simulate(runs, threads)
-    return Chunk(_columns(rows), time.perf_counter() - begun)
+    rows: list[Row] = [ended("interrupted") for _ in points]
+    together: Together = {}
+    with _noticed() as pressed:
+        for row, point in zip(rows, points, strict=True):
+            _begin(source, point, row, together)
+            if pressed:  # simulations of the function ended then, and its figures are not whole
+                row.update(ended("interrupted"))
+                break
+        else:
+            for runs in together.values():
+                _simulate(runs, threads)
+    units = {}
+    for (_, made), *_ in together.values():
+        units |= _units(getattr(made["plant"], "arm", None))
+    return Chunk(_columns(rows), units, time.perf_counter() - begun)
+
+
+def _begin(source: Source, point: Row, row: Row, together: Together) -> None:
+    """Fill a row, or put it to those that are simulated together."""
+    try:
+        made = source.made(point)
+        if isinstance(made, Mapping) and all(name in made for name in PARTS):
+            together.setdefault(_shared(made), []).append((row, made))
+        else:
+            row |= _figures(made, point)
+    except Refused as error:
+        row |= ended("refused", str(error))
+    except Exception as error:  # of the user's function: it loses its own row alone
+        row |= ended("raised", _words(error))
+
+
+@contextmanager
+def _noticed() -> Iterator[list[int]]:
+    """What tells whether Ctrl-C was pressed, also where a simulation took it for itself."""
+    pressed: list[int] = []
+    usual = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(usual):
+        yield pressed
+        return
+
+    def notice(number: int, frame: FrameType | None) -> None:
+        pressed.append(number)
+        usual(number, frame)
+
+    signal.signal(signal.SIGINT, notice)
+    try:
+        yield pressed
+    finally:
+        signal.signal(signal.SIGINT, usual)
 
 
 def ended(status: str, reason: str = "") -> Row:
@@ -110,6 +150,13 @@ def _simulate(runs: Sequence[tuple[Row, Mapping[str, Any]]], threads: int | None
     columns = {name: values.tolist() for name, values in found.items()}
     for place, (row, _) in enumerate(runs):
         row |= {name: values[place] for name, values in columns.items()}
+
+
+def _units(arm: Any) -> dict[str, str]:
+    """The units of the figures of runs with such an arm."""
+    moves = list(enumerate(lengths(getattr(arm, "joint_kinds", ())), start=1))
+    of_joints = {f"{name}_{n}": in_length(UNITS[name], it) for name in NAMES for n, it in moves}
+    return {"t_end": "s", **of_joints}
 
 
 def _starts(name: str, made: Sequence[Mapping[str, Any]]) -> Any:
