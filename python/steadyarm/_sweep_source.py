@@ -57,6 +57,9 @@ class FunctionSource:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.function = function
 
+    def check(self, points: Iterable[Row]) -> None:
+        """A function says itself what it does not take: its rows are "raised"."""
+
     def made(self, point: Row) -> Any:
         """What the function returns."""
         return self.function(**point)
@@ -126,10 +129,15 @@ class _OfScenario:
             if name not in scene.controllers:
                 wants = ", ".join(scene.controllers)
                 raise ValueError(f"over['{CONTROLLER}']: got {name!r}, wants some of {wants}")
+            if CONTROLLER not in inputs:
+                self.check_law(name)
             if self.seeded and scene.effects is None:
                 raise ValueError("seeds: wants effects in the scenario, whose seeds they are")
         if len(refused) == 2:
             raise ValueError(f"over: {refused[0]}") from refused[0]
+
+    def check_law(self, name: str) -> None:
+        """Refuse inputs that say nothing to the one controller that runs."""
 
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "_last"}
@@ -208,6 +216,16 @@ class FileSource(_OfScenario):
         else:
             self.arm = None if sections["robot"] is None or swept else nominal_arm(sections)
 
+    def check_law(self, name: str) -> None:
+        """Refuse gains of other controllers than the one that runs."""
+        for given, keys in self.keys.items():
+            if all(key[0] == "controllers" and key[1] != name for key in keys):
+                others = ", ".join(key[1] for key in keys)
+                raise ValueError(
+                    f"over[{given!r}]: the controller that runs, {name}, has none; choose others "
+                    f"with {CONTROLLER!r}: {others}"
+                )
+
     @classmethod
     def kept(cls, said: Mapping[str, Any]) -> FileSource:
         """The source whose `keeps` is in a file."""
@@ -280,6 +298,9 @@ def _known() -> dict[str, set[str]]:
 def _put(said: dict[str, Any], key: Keys, value: Any) -> None:
     """Put a value into a file; a payload of nothing is none."""
     *tables, last = key
+    if key == PAYLOAD and value == 0:
+        said.get("actual", {}).pop("payload", None)
+        return
     for depth, word in enumerate(tables):
         said = said.setdefault(word, {})
         if not isinstance(said, dict):

@@ -20,12 +20,18 @@ if TYPE_CHECKING:
 
 def told(name: str, units: dict[str, str]) -> tuple[str, str, float]:
     """What a figure is called for people, its unit, and how many of them are one of its column."""
-    found = re.fullmatch(r"(.+)_(\d+)", name)
-    if found is None or found[1] not in NAMES:
+    base, joint = _joint_of(name)
+    if base not in NAMES or name not in units:
         return name, units.get(name, ""), 1.0
-    figure = FIGURES[found[1]]
-    moves = "rad" if units.get(name) in (None, figure.unit) else "m"
-    return f"{figure.head}, joint {found[2]}", in_length(figure.shown, moves), figure.scale
+    figure = FIGURES[base]
+    unit = in_length(figure.shown, "rad" if units[name] == figure.unit else "m")
+    return figure.head + (f", joint {joint}" if joint else ""), unit, figure.scale
+
+
+def _joint_of(name: str) -> tuple[str, str]:
+    """The figure and the number of the joint, "" of all of them."""
+    found = re.fullmatch(r"(.+)_(\d+)", name)
+    return (found[1], found[2]) if found else (name, "")
 
 
 def counted(sweep: Sweep) -> str:
@@ -65,6 +71,12 @@ def html(sweep: Sweep) -> str:
     return joined([whole, listed("Worst", bad), f"<p>{escaped(f'In {sweep.path}.')}</p>"])
 
 
+def figures(sweep: Sweep) -> dict[str, dict[str, float]]:
+    """Median, 90 % and worst of each figure, by name."""
+    names = ("median", "90 %", "worst")
+    return {name: dict(zip(names, values, strict=True)) for name, values in _spread(sweep)}
+
+
 def worst(cases: list[Worst], by: str) -> str:
     """The worst rows, each with what repeats it."""
     return "\n".join([f"worst by {by}:", *(f"  {case(it)}\n    {it.again}" for it in cases)])
@@ -83,9 +95,15 @@ def _short(value: object) -> str:
 
 
 def _spread(sweep: Sweep) -> Iterator[tuple[str, list[float]]]:
-    """Median, 90 % and the largest of each figure that some row has."""
+    """Median, 90 % and the largest of each figure that some row has.
+
+    Not those of single joints where there is one of all of them.
+    """
     columns = sweep.table()
     for name in sweep.figures:
+        base, joint = _joint_of(name)
+        if joint and base in columns:
+            continue
         values = columns[name][~np.isnan(columns[name])]
         if len(values):
             ends = np.quantile(values, (0.5, 0.9, 1.0), method="inverted_cdf")

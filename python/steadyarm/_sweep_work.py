@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ._figures import FIGURES
 from ._joints import in_length, lengths
 from ._scene import VERSION
 from ._sweep_plan import TAKEN
@@ -31,6 +32,12 @@ PARTS = ("plant", "tracker", "reference")
 EACH = (*PARTS, "q0", "dq0", "effects")
 """Arguments of which every run of a call has its own."""
 
+ENDS = ("status", "t_end", "reason")
+"""Columns that say how a row ended."""
+
+OVERALL = ("rms_e", "itae", "settling_time", "rms_tau", "max_abs_tau", "torque_variation")
+"""Figures that those of the joints make one of: the length of the error needs the whole run."""
+
 SHARED = ("duration", "dt", "method", "control_period", "rtol", "atol", "window", "band")
 """Arguments that all runs of a call share."""
 
@@ -44,6 +51,9 @@ class Source(Protocol):
 
     def made(self, point: Row) -> Mapping[str, Any]:
         """Figures, or arguments of `simulate`."""
+
+    def check(self, points: Iterable[Row]) -> None:
+        """Refuse what no point can be computed with. ``points``: the two ends of the plan."""
 
     def said(self) -> dict[str, Any]:
         """What there is to tell two sources apart, for a file."""
@@ -148,15 +158,32 @@ def _simulate(runs: Sequence[tuple[Row, Mapping[str, Any]]], threads: int | None
             runs[0][0].update(ended("raised", _words(error)))
         return
     columns = {name: values.tolist() for name, values in found.items()}
+    joints = range(1, made[0]["plant"].arm.joints + 1)
+    for name in OVERALL:
+        of_joints = zip(*(columns[f"{name}_{n}"] for n in joints), strict=True)
+        columns[name] = [_over_all(name, values) for values in of_joints]
+    ordered = sorted(columns, key=lambda name: (*ENDS, *OVERALL, name).index(name))
     for place, (row, _) in enumerate(runs):
-        row |= {name: values[place] for name, values in columns.items()}
+        row |= {name: columns[name][place] for name in ordered}
+
+
+def _over_all(name: str, values: tuple[float, ...]) -> float:
+    """The figure of all joints together, as a comparison has it."""
+    if any(map(math.isnan, values)):
+        return math.nan
+    joined = FIGURES[name].joined
+    if joined == "root":
+        return math.hypot(*values)
+    return math.fsum(values) if joined == "sum" else max(values)
 
 
 def _units(arm: Any) -> dict[str, str]:
     """The units of the figures of runs with such an arm."""
     moves = list(enumerate(lengths(getattr(arm, "joint_kinds", ())), start=1))
     of_joints = {f"{name}_{n}": in_length(UNITS[name], it) for name in NAMES for n, it in moves}
-    return {"t_end": "s", **of_joints}
+    joined = "m" if {it for _, it in moves} == {"m"} else "rad"
+    all_of = {name: in_length(UNITS[name], joined) for name in OVERALL}
+    return {"t_end": "s", **all_of, **of_joints}
 
 
 def _starts(name: str, made: Sequence[Mapping[str, Any]]) -> Any:

@@ -21,9 +21,10 @@ from ._look import Style
 from ._scene import VERSION
 from ._sweep_folder import Folder
 from ._sweep_loop import Loop
-from ._sweep_plan import LatinHypercube, Over, plan_of
+from ._sweep_plan import LatinHypercube, Over, Plan, plan_of
 from ._sweep_pools import workers_of
-from ._sweep_source import FileSource, FunctionSource, source_of
+from ._sweep_source import FileSource, source_of
+from ._sweep_work import Chunk, Source, computed
 from .bench import Scenario
 
 if TYPE_CHECKING:
@@ -145,6 +146,23 @@ class Sweep:
         seeds = f", seeds=[{given.pop('seed')}]" if "seed" in given else ""
         return f"sa.sweep(scene, [{given!r}]{seeds}, out='again')"
 
+    def repeated(self, index: int) -> tuple[dict[str, Any], bool]:
+        """Compute a row of a scenario's file again; whether its bits are those that are there.
+
+        Raises ValueError for a row that is not there, and for a sweep of something else.
+        """
+        columns = self._read[0]
+        place = np.flatnonzero(columns["index"] == index)
+        if not len(place):
+            raise ValueError(f"index: got {index}, wants a row that is there")
+        if self._said["repeat"] is None:
+            again = self._worst(int(place[0]), float("nan")).again
+            raise ValueError(f"index: this is no sweep of a scenario's file; run {again} in Python")
+        there = {name: values[place[0]].item() for name, values in columns.items()}
+        point = {name: there[name] for name in self.inputs}
+        row = one_row(FileSource.kept(self._said["repeat"]), point)
+        return {"index": index, **point, **row}, all(_alike(row[it], there[it]) for it in row)
+
     def _figure(self, name: str | None) -> str:
         """The name of a figure that is there, the first by default; "" where there is none."""
         figures = self.figures
@@ -257,12 +275,23 @@ def sweep(
     ImportError
         Without pyarrow, and dask or ray if they are asked for.
     """
-    if not 0.0 < chunk_seconds < float("inf"):
-        raise ValueError(f"chunk_seconds: got {chunk_seconds!r:.80}, wants a number > 0 [s]")
     plan = plan_of(over, seeds)
     source = source_of(scenario_or_function, plan.inputs, plan.seeded)
-    if not isinstance(source, FunctionSource):
-        source.check(plan.points(np.array([0, plan.rows - 1])))
+    return swept(source, plan, executor, out, chunk_seconds, progress)
+
+
+def swept(
+    source: Source,
+    plan: Plan,
+    executor: Any,
+    out: str | Path,
+    chunk_seconds: float = 1.0,
+    progress: bool | None = None,
+) -> Sweep:
+    """Compute what is missing of a plan; see `sweep`."""
+    if not 0.0 < chunk_seconds < float("inf"):
+        raise ValueError(f"chunk_seconds: got {chunk_seconds!r:.80}, wants a number > 0 [s]")
+    source.check(plan.points(np.array([0, plan.rows - 1])))
     said = {
         "steadyarm": VERSION,
         "source": source.said(),
@@ -277,3 +306,14 @@ def sweep(
             with workers_of(executor, source) as workers:
                 loop.run(workers, sys.stderr.isatty() if progress is None else progress)
     return Sweep.read(out)
+
+
+def one_row(source: Source, point: dict[str, Any]) -> dict[str, Any]:
+    """Compute one row, and write it nowhere."""
+    chunk: Chunk = computed(source, [point], None)
+    return {name: values[0] for name, values in chunk.columns.items()}
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two values are the same, NaN too."""
+    return bool(one == other or (one != one and other != other))
