@@ -12,9 +12,9 @@ import pickle
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
-from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from ._extras import imported
@@ -76,8 +76,7 @@ class Pool(Here):
 class Processes(Pool):
     """Processes of the sweep's own: one a core, and new ones where one is lost."""
 
-    def __init__(self, source: Source) -> None:
-        _check_sent(source)
+    def __init__(self) -> None:
         super().__init__(self._made())
 
     @staticmethod
@@ -185,34 +184,26 @@ class Ray(Pool):
             self.ray.shutdown()
 
 
-@contextmanager
-def workers_of(executor: Any, source: Source) -> Iterator[Here]:
-    """The workers that ``executor`` stands for, until the sweep ends."""
-    workers = _workers(executor, source)
-    try:
-        yield workers
-    finally:
-        workers.close()
-
-
-def _workers(executor: Any, source: Source) -> Here:
+def workers_of(executor: Any, source: Source) -> Callable[[], Here]:
+    """What starts the workers that ``executor`` stands for. Raises ValueError if it is none."""
     if executor is None:
-        return Here()
+        return Here
     if isinstance(executor, str):
         if executor == "processes":
-            return Processes(source)
+            _check_sent(source)
+            return Processes
         if executor == "dask":
-            return OwnDask(None)
+            return partial(OwnDask, None)
         if executor.startswith("dask://") and len(executor) > len("dask://"):
-            return OwnDask(f"tcp://{executor.removeprefix('dask://')}")
+            return partial(OwnDask, f"tcp://{executor.removeprefix('dask://')}")
         if executor == "ray":
-            return Ray()
+            return Ray
     if isinstance(executor, Executor):
         if isinstance(executor, ProcessPoolExecutor):
             _check_sent(source)
-        return Pool(executor)
+        return partial(Pool, executor)
     if hasattr(executor, "get_executor") and hasattr(executor, "nthreads"):
-        return Dask(executor)
+        return partial(Dask, executor)
     raise ValueError(f"executor: got {executor!r:.80}, wants {WANTS}")
 
 

@@ -87,7 +87,7 @@ def computed(source: Source, points: Sequence[Row], threads: int | None) -> Chun
         else:
             for runs in together.values():
                 _simulate(runs, threads)
-    units = {}
+    units: dict[str, str] = {}
     for (_, made), *_ in together.values():
         units |= _units(getattr(made["plant"], "arm", None))
     return Chunk(_columns(rows), units, time.perf_counter() - begun)
@@ -145,10 +145,10 @@ def _shared(made: Mapping[str, Any]) -> str:
 def _simulate(runs: Sequence[tuple[Row, Mapping[str, Any]]], threads: int | None) -> None:
     """Fill the rows of runs that share their options."""
     made = [arguments for _, arguments in runs]
-    shared = {name: value for name, value in made[0].items() if name in SHARED}
+    shared: dict[str, Any] = {name: value for name, value in made[0].items() if name in SHARED}
     try:
         starts = {name: _starts(name, made) for name in ("q0", "dq0")}
-        each = {name: [it.get(name) for it in made] for name in (*PARTS, "effects")}
+        each: dict[str, Any] = {name: [it.get(name) for it in made] for name in (*PARTS, "effects")}
         found = simulate_many(**each, **starts, **shared, threads=threads, progress=False).table()
     except Exception as error:
         if len(runs) > 1:  # one of them is wrong: which one shows when they are alone

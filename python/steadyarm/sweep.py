@@ -6,6 +6,7 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Executor
+from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -132,8 +133,8 @@ class Sweep:
         columns = self._read[0]
         index = int(columns["index"][row])
         inputs = {name: columns[name][row].item() for name in self.inputs}
-        ended = (str(columns[name][row]) for name in ("status", "reason"))
-        return Worst(index, inputs, value, *ended, self._again(index, inputs))
+        status, reason = (str(columns[name][row]) for name in ("status", "reason"))
+        return Worst(index, inputs, value, status, reason, self._again(index, inputs))
 
     def _again(self, index: int, inputs: Mapping[str, Any]) -> str:
         """What computes a row again."""
@@ -292,6 +293,7 @@ def swept(
     if not 0.0 < chunk_seconds < float("inf"):
         raise ValueError(f"chunk_seconds: got {chunk_seconds!r:.80}, wants a number > 0 [s]")
     source.check(plan.points(np.array([0, plan.rows - 1])))
+    start = workers_of(executor, source)
     said = {
         "steadyarm": VERSION,
         "source": source.said(),
@@ -303,7 +305,7 @@ def swept(
     with Folder.opened(out, said) as folder:
         loop = Loop(source, plan, folder, chunk_seconds)
         if len(loop.left):
-            with workers_of(executor, source) as workers:
+            with closing(start()) as workers:
                 loop.run(workers, sys.stderr.isatty() if progress is None else progress)
     return Sweep.read(out)
 
