@@ -50,7 +50,7 @@ WORDS = {
 """What a type is called here; the arguments of what is no container are left out."""
 
 CONTAINERS = {"dict", "list", "tuple", "type"}
-SHAPE = re.compile(r"\((?:\d*[nTKS]|\d+|rules|inputs|outputs|sets)(?:, \w+)*,?\)")
+SHAPE = re.compile(r"\((?:\d*[nMTKS]|\d+|rules|inputs|outputs|sets)(?:, \w+)*,?\)")
 
 
 class Short(ast.NodeTransformer):

@@ -56,6 +56,8 @@ def _fields(kind: type) -> dict[str, tuple[str, str]]:
     for node, below in zip(body.body, [*body.body[1:], None], strict=True):
         if not isinstance(node, ast.AnnAssign) or not isinstance(node.target, ast.Name):
             continue
+        if node.target.id.startswith("_"):
+            continue
         said = isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant)
         words = cleandoc(below.value.value) if said else ""
         fields[node.target.id] = (ast.unparse(node.annotation), words)

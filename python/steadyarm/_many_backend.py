@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import queue
 import threading
 from collections.abc import Callable
@@ -12,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from .compare_runner import AMID, BEFORE, GRACE, WAIT, _cores, _words
+from ._stopping import poll, stopped_by
+from .compare_runner import AMID, BEFORE, GRACE, WAIT, _words
 from .metrics import NAMES
 from .record import MOTION
 
@@ -35,7 +35,7 @@ def simulate_many(
     band: float,
     record: str | None,
     record_every: int,
-    threads: int | None,
+    threads: int,
     progress: Callable[[int], object],
 ) -> dict[str, Any]:
     """Simulate all runs; lists have one entry for all, or one a run."""
@@ -51,14 +51,14 @@ def simulate_many(
 
     done: list[Any] = [None] * count
     begun = [False] * count
-    _in_threads(run_of, done, begun, min(threads or _cores(), count), progress, stop)
+    _in_threads(run_of, done, begun, min(threads, count), progress, stop)
     wrong = next((it for it in done if isinstance(it, BaseException)), None)
     if wrong is not None:
         raise wrong
     joints = plants[0].arm.joints
     nothing = np.full(joints, np.nan)
     lost = [("interrupted", 0.0, AMID if it else BEFORE) for it in begun]
-    runs = [it or (said, {}, None, None) for it, said in zip(done, lost, strict=True)]
+    runs: list[Any] = [it or (said, {}, None, None) for it, said in zip(done, lost, strict=True)]
     figures = {name: np.array([run[1].get(name, nothing) for run in runs]) for name in NAMES}
     return {
         "status": [run[0] for run in runs],
@@ -98,10 +98,12 @@ def _in_threads(
     try:
         for worker in workers:
             worker.start()
-        while any(worker.is_alive() for worker in workers):
+        left = len(done)
+        while left and not stop.is_set():
             with suppress(queue.Empty):
                 ended.get(timeout=WAIT)
-            progress(sum(it is not None for it in done))
+                left -= 1
+            progress(len(done) - left)
     except KeyboardInterrupt:
         stop.set()
         for worker in workers:
@@ -120,20 +122,18 @@ def _run(
     stop: threading.Event,
 ) -> tuple[Any, ...]:
     """Status, figures, record and what was raised of one run."""
-    from ._stopping import poll, stopped_by
-
     with stopped_by(stop):
-        simulated = functools.partial(_core.simulate, plant, tracker, reference)
-        found, raised = simulated(*options, effects, poll())
+        arguments: tuple[Any, ...] = (plant, tracker, reference, *options, effects, poll())
+        found, raised = _core.simulate(*arguments)
     window, band, record = asked
-    columns, status, figures = found["columns"], found["status"], {}
+    columns, status = found["columns"], found["status"]
+    figures: Any = {}
     if raised is not None:
         status = ("raised", status[1], _words(raised))
     elif status[0] != "interrupted":
         e, t = columns["e"], columns["t"]
         with suppress(ValueError):
             figures = _core.metrics(t, e, columns["tau"], window, band)
-    found["status"] = status
     if record == "motion":
         found["own"] = []
         found["columns"] = {n: it if n in MOTION else None for n, it in columns.items()}

@@ -38,34 +38,34 @@ def given(
 ) -> Given:
     """Tell the runs apart. Raises ValueError and TypeError that name the argument."""
     lists = {name: _several(name, value) for name, value in parts.items()}
-    for name, value in (("changes", changes), ("seeds", seeds)):
-        if value is not None:
-            lists[name] = _sequence(name, value)
-    count = _count({name: value for name, value in lists.items() if isinstance(value, list)})
-    every = {name: it if isinstance(it, list) else [it] for name, it in lists.items()}
-    for name, values in _changed(every, every.pop("changes", [])).items():
-        every[name] = values
-    if seeds is not None:
-        every["effects"] = _seeded(Given(count, every), every.pop("seeds"))
-    runs = Given(count, every)
+    lists |= {"changes": _one_a_run("changes", changes), "seeds": _one_a_run("seeds", seeds)}
+    count = _count({name: values for name, values in lists.items() if values is not None})
+    every = {name: lists[name] or [value] for name, value in parts.items()}
+    changed = lists["changes"] or []
+    every |= _changed(every, changed)
+    if lists["seeds"] is not None:
+        every["effects"] = _seeded(Given(count, every), changed, lists["seeds"])
     _check_plants(every["plant"])
-    every["tracker"] = _in_controllers(runs, control_period)
-    return runs
+    every["tracker"] = _in_controllers(Given(count, every), control_period)
+    return Given(count, every)
 
 
-def _several(name: str, value: Any) -> Any:
-    """A list if there is one a run."""
+def _several(name: str, value: Any) -> list[Any] | None:
+    """A list if there is one a run; None if it is for all."""
     if name not in ("q0", "dq0"):
-        return list(value) if isinstance(value, list | tuple) else value
+        return list(value) if isinstance(value, list | tuple) else None
+    try:
+        array = np.asarray(value)
+    except Exception:  # the core says what is wrong with it
+        return None
+    if array.ndim > 2:
+        raise ValueError(f"{name}: got shape {array.shape}, wants (n,) or (M, n)")
+    return list(array) if array.ndim == 2 else None
+
+
+def _one_a_run(name: str, value: Any) -> list[Any] | None:
     if value is None:
         return None
-    array = np.asarray(value, dtype=float)
-    if array.ndim > 2:
-        raise ValueError(f"{name}: got shape {array.shape}, wants (n,) or (runs, n)")
-    return list(array) if array.ndim == 2 else array
-
-
-def _sequence(name: str, value: Any) -> list[Any]:
     if isinstance(value, str | bytes | Mapping) or not isinstance(value, Sequence | np.ndarray):
         raise TypeError(f"{name}: got {value!r:.80}, wants a list with one a run")
     return list(value)
@@ -133,11 +133,12 @@ def _with(value: Any, below: Below, path: str, run: int) -> Any:
         return value
     has = _arguments(value)
     for name in inner:
-        if name not in has:
+        # A law has arguments that it does not name; it says itself which ones.
+        if name not in has and not isinstance(value, Mapping):
             what = "None" if value is None else f"a {type(value).__name__}"
             there = f"{what}, which has {', '.join(has)}" if has else f"{what}, wants all of it"
             raise ValueError(f"changes: got '{path}.{name}' for run {run}; {path} is {there}")
-    new = {name: _with(has[name], it, f"{path}.{name}", run) for name, it in inner.items()}
+    new = {name: _with(has.get(name), it, f"{path}.{name}", run) for name, it in inner.items()}
     try:
         if isinstance(value, Mapping):
             return {**value, **new}
@@ -161,13 +162,15 @@ def _arguments(value: Any) -> dict[str, Any]:
     return {}
 
 
-def _seeded(runs: Given, seeds: list[Any]) -> list[Any]:
+def _seeded(runs: Given, changes: list[Any], seeds: list[Any]) -> list[Any]:
     """The effects of each run, with its seed."""
+    if any("effects.seed" in change for change in changes):
+        raise ValueError("seeds: got changes of 'effects.seed' beside them, wants one of the two")
     seeded = []
     for run, seed in enumerate(seeds):
         effects = runs.part("effects", run)
         if not isinstance(effects, _core.Effects):
-            raise ValueError(f"seeds: got effects={effects!r:.80}, wants Effects, whose seed it is")
+            raise ValueError(f"seeds: got effects={effects!r:.80}, wants Effects to have them")
         try:
             seeded.append(effects.__replace__(seed=index(seed)))
         except (TypeError, ValueError):

@@ -74,10 +74,7 @@ def run_all(
         If ``workers`` is less than 1.
     """
     jobs = list(jobs)
-    if workers is None:
-        workers = _cores()
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise ValueError(f"workers: got {workers!r}, wants a whole number >= 1")
+    workers = threads_of("workers", workers)
     if progress is None:
         progress = sys.stderr.isatty()
     pool = _Pool(jobs)
@@ -167,8 +164,12 @@ def _words(error: BaseException) -> str:
     return "; ".join([words, *notes]).encode(errors="backslashreplace").decode()
 
 
-def _cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def threads_of(argument: str, asked: int | None) -> int:
+    """How many threads are asked for; None: one for each core that this process may use."""
+    if asked is None:
+        if hasattr(os, "sched_getaffinity"):
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
+    if isinstance(asked, bool) or not isinstance(asked, int) or asked < 1:
+        raise ValueError(f"{argument}: got {asked!r}, wants a whole number >= 1")
+    return asked

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Real
 from operator import index
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _many_backend, _many_tables, _scene, _stopping
+from . import _core, _many_backend, _many_tables, _stopping
 from ._documented import documented
 from ._joints import lengths, numbered
 from ._many_given import Given, given
 from ._progress import Progress
+from ._scene import OPTIONS, joint_names
+from .compare_runner import threads_of
 from .metrics import NAMES, Metrics
 from .record import Status
 from .run import Run
@@ -25,7 +29,6 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 Array = NDArray[np.float64]
-Tracker = _core.Controller | _core.Guard
 
 
 @documented
@@ -34,8 +37,9 @@ class Runs:
     """What `simulate_many` returns: the figures of M runs of n joints, and how each ended.
 
     ``len(runs)`` is M. With records, ``runs[i]`` is the `Run` of `simulate`, its notes with it, and
-    ``for run in runs`` goes through them. Runs without figures, which were interrupted or raised,
-    have NaN. Printed as a table. For a prismatic joint m and N stand for rad and N·m.
+    ``for run in runs`` goes through them. Figures are NaN of a run that was interrupted, that
+    raised, or that has no row in the window. Printed as a table. For a prismatic joint m and N
+    stand for rad and N·m.
     """
 
     rms_e: Array
@@ -54,8 +58,8 @@ class Runs:
     """How much the torque moves, Σ|Δτ| per second (M, n) [N·m/s]."""
     status: tuple[Status, ...]
     """How each run ended, and why."""
+    # Names of the joints and what each moves in, of all runs or of each.
     _named: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...]
-    # Names of the joints and what each moves in: of all runs, or of each.
     _records: tuple[Run | None, ...] | None
 
     @property
@@ -127,7 +131,7 @@ class Runs:
 
 def simulate_many(
     plant: _core.Plant | Sequence[_core.Plant],
-    tracker: Tracker | Sequence[Tracker],
+    tracker: _core.Controller | _core.Guard | Sequence[_core.Controller | _core.Guard],
     reference: Reference | Sequence[Reference],
     duration: float = 40.0,
     dt: float = 1e-3,
@@ -188,12 +192,26 @@ def simulate_many(
         For an argument that makes no sense, or a name in ``changes`` that is not there, before
         anything runs; the message names it.
     """
-    _check(duration, window, band, record, threads)
+    _check(duration, window, band, record)
+    same = {
+        "duration": duration, "dt": dt, "method": method, "control_period": control_period,
+        "rtol": rtol, "atol": atol, "record": record, "record_every": record_every,
+    }  # fmt: skip
     parts = {"plant": plant, "tracker": tracker, "reference": reference, "effects": effects}
     runs = given(parts | {"q0": q0, "dq0": dq0}, changes, seeds, control_period)
-    lists = [runs.parts[name] for name in ("plant", "tracker", "reference", "q0", "dq0", "effects")]
-    numerics = (duration, dt, method, control_period, rtol, atol)
-    asked = ((0.0, float("inf")) if window is None else window, band, record, record_every)
+    asked = {"window": (0.0, math.inf) if window is None else window, "band": band}
+    found = _computed(runs, same | asked, threads_of("threads", threads), progress)
+    return _runs(found, runs, same)
+
+
+def _computed(
+    runs: Given, same: Mapping[str, Any], threads: int, progress: bool | None
+) -> dict[str, Any]:
+    """What the core says of the runs, whose bar is shown meanwhile."""
+    names = {"plant": "plants", "tracker": "trackers", "reference": "references"}
+    lists: dict[str, Any] = {names.get(name, name): it for name, it in runs.parts.items()}
+    for name in ("q0", "dq0"):
+        lists[name] = [0.0 if it is None else it for it in lists[name]]
     shown = sys.stderr.isatty() if progress is None else progress
     stop = _stopping.poll()
     with Progress(runs.count, "runs", shown=shown) as bar:
@@ -203,18 +221,19 @@ def simulate_many(
             if stop is not None:
                 stop(done)
 
-        found = _many_backend.simulate_many(runs.count, *lists, *numerics, *asked, threads, tell)
+        return _many_backend.simulate_many(
+            runs.count, **lists, **same, threads=threads, progress=tell
+        )
+
+
+def _runs(found: Mapping[str, Any], runs: Given, same: Mapping[str, Any]) -> Runs:
     status = tuple(Status(*ended) for ended in found["status"])
     records = None
-    if record is not None:
-        options = (duration, dt, method, control_period, None, None, rtol, atol, record_every)
-        same = dict(zip(_scene.OPTIONS, (*options, record, None), strict=True))
+    if same["record"] is not None:
         kept = zip(found["records"], status, strict=True)
         records = tuple(_run(it, ended, runs, n, same) for n, (it, ended) in enumerate(kept))
-    named = [
-        (tuple(_scene.joint_names(it.arm, it.arm.joints)), lengths(it.arm.joint_kinds))
-        for it in runs.parts["plant"]
-    ]
+    arms = [plant.arm for plant in runs.parts["plant"]]
+    named = [(tuple(joint_names(arm, arm.joints)), lengths(arm.joint_kinds)) for arm in arms]
     return Runs(**found["figures"], status=status, _named=tuple(named), _records=records)
 
 
@@ -224,22 +243,18 @@ def _run(
     """The run of a record; None for one that never began."""
     if record is None:
         return None
-    options = {**same, **{name: runs.part(name, run) for name in ("q0", "dq0", "effects")}}
-    parts = [runs.part(name, run) for name in ("plant", "tracker", "reference")]
-    made = recorded(record, *parts, options)
+    options = {name: same[name] if name in same else runs.part(name, run) for name in OPTIONS}
+    plant, tracker, reference = (runs.part(name, run) for name in ("plant", "tracker", "reference"))
+    made = recorded(record, plant, tracker, reference, options)
     vars(made)["status"] = ended
     return made
 
 
 def _check(
-    duration: float,
-    window: tuple[float, float] | None,
-    band: float,
-    record: str | None,
-    threads: int | None,
+    duration: float, window: tuple[float, float] | None, band: float, record: str | None
 ) -> None:
-    """Refuse what the core would find out too late, or not at all."""
-    if window is not None:
+    """Refuse what the core would take for runs without figures."""
+    if window is not None and isinstance(duration, Real):
         wants = f"(from, to) within 0 to {duration:g} s"
         try:
             start, end = map(float, window)
@@ -247,11 +262,7 @@ def _check(
             raise TypeError(f"window: got {window!r:.80}, wants {wants}") from None
         if not (start <= end and start <= duration and end >= 0):
             raise ValueError(f"window: got {window!r:.80}, wants {wants}")
-    if not 0 < band < float("inf"):
-        raise ValueError(f"band: got {band!r:.80}, wants a number > 0")
+    if isinstance(band, Real) and not 0 < band < math.inf:
+        raise ValueError(f"band: got {band}, wants a number > 0")
     if record not in (None, "motion", "all"):
-        raise ValueError(f"record: got {record!r:.80}, wants None, 'motion' or 'all'")
-    if threads is not None and (
-        isinstance(threads, bool) or not isinstance(threads, int) or threads < 1
-    ):
-        raise ValueError(f"threads: got {threads!r:.80}, wants a whole number >= 1, or None")
+        raise ValueError(f"record: got {record!r:.80}, wants 'motion', 'all' or None")

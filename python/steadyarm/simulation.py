@@ -131,7 +131,8 @@ def in_controller(plant: Any, tracker: Any, control_period: float | None) -> Any
     """A tracker, or else an object with a method ``step``, in a controller for the plant's arm."""
     if isinstance(tracker, _core.Controller | _core.Guard) or not hasattr(tracker, "step"):
         return tracker
-    return _core.Controller(getattr(plant, "arm", None), tracker, control_period=control_period)
+    arm: Any = getattr(plant, "arm", None)
+    return _core.Controller(arm, tracker, control_period=control_period)
 
 
 def recorded(
