@@ -19,7 +19,7 @@ from typing import Any
 
 from ._extras import imported
 from ._sweep_work import Chunk, Row, Source, computed
-from .compare_runner import _cores
+from .compare_runner import threads_of
 
 WANTS = (
     'None, "processes", "dask", "dask://host:port", "ray", an executor of concurrent.futures, or a '
@@ -223,3 +223,8 @@ def _check_sent(source: Source) -> None:
         raise ValueError(
             f"executor: got processes for {function!r:.80} ({error}); {wants}"
         ) from error
+
+
+def _cores() -> int:
+    """Cores that this process may use."""
+    return threads_of("executor", None)
