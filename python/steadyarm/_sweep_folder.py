@@ -1,4 +1,4 @@
-"""The folder of a sweep: ``plan.json`` says what is swept, ``rows-….parquet`` have the rows.
+"""The folder of a sweep: ``_plan.json`` says what is swept, ``rows-….parquet`` have the rows.
 
 A file of rows is written whole or not at all, under the number of its first row, and never again:
 however a sweep ends, what is there is right, and what is missing can be told.
@@ -19,7 +19,8 @@ from . import _files
 from ._extras import imported
 from ._sweep_plan import Plan
 
-PLAN, LOCK = "plan.json", ".lock"
+PLAN, LOCK = "_plan.json", ".lock"
+"""Readers of Parquet take a folder without the files whose names begin so."""
 
 COMPARED, KEPT = ("steadyarm", "source", "plan"), ("inputs", "rows", "repeat")
 """What the plan says to be compared with another's, and to be read."""

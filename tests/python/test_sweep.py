@@ -28,7 +28,7 @@ def same(one: dict[str, Any], other: dict[str, Any]) -> bool:
 
 def rows_of(folder: Path) -> list[int]:
     """The numbers of all rows in all files, as any program reads them."""
-    table = pyarrow.dataset.dataset(folder, format="parquet", exclude_invalid_files=True)
+    table = pyarrow.dataset.dataset(folder, format="parquet")
     return sorted(table.to_table(columns=["index"])["index"].to_pylist())
 
 
@@ -176,8 +176,8 @@ def test_another_sweep_is_not_mixed_into_a_folder(
 
 def test_rows_of_another_version_are_not_mixed_into_a_folder(tmp_path: Path) -> None:
     sa.sweep(jobs.product, {"a": range(3), "b": [1.0]}, out=tmp_path)
-    plan = json.loads((tmp_path / "plan.json").read_text(encoding="utf-8"))
-    (tmp_path / "plan.json").write_text(json.dumps(plan | {"steadyarm": "0.0.1"}))
+    plan = json.loads((tmp_path / _sweep_folder.PLAN).read_text(encoding="utf-8"))
+    (tmp_path / _sweep_folder.PLAN).write_text(json.dumps(plan | {"steadyarm": "0.0.1"}))
     with pytest.raises(ValueError, match=r"steadyarm: there 0\.0\.1, here"):
         sa.sweep(jobs.product, {"a": range(3), "b": [1.0]}, out=tmp_path)
 

@@ -19,6 +19,7 @@ from pathlib import Path
 import pyarrow.parquet
 import pytest
 import steadyarm as sa
+import sweep_jobs
 
 psutil = pytest.importorskip("psutil")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="processes are killed as on Unix")
@@ -173,3 +174,17 @@ def test_killed_clients_lose_no_row_that_was_written(
     with started(*command) as child:
         assert child.wait(PATIENCE) == 0
     check(tmp_path)
+
+
+def test_the_table_is_the_same_from_clusters(
+    dask: tuple[str, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    over = {"scale": [1.0, 1.5, 2.0], "kp": [8.0, 16.0]}
+    wanted = sa.sweep(sweep_jobs.arguments, over, seeds=3, out=tmp_path / "here").table()
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, sys.path)))  # for Ray's workers
+    for executor in (dask[0], *["ray"] * ("ray" in EXECUTORS)):
+        out = tmp_path / executor.partition(":")[0]
+        chunks = {"executor": executor, "chunk_seconds": 0.01}
+        found = sa.sweep(sweep_jobs.arguments, over, seeds=3, out=out, **chunks).table()
+        assert found.keys() == wanted.keys()
+        assert all(found[name].tobytes() == wanted[name].tobytes() for name in wanted), executor
