@@ -182,7 +182,7 @@ def _axis(axis: Any, values: Array) -> Array:
 def _edges(places: Array) -> Array:
     """The edges of cells around their middles."""
     if len(places) == 1:
-        return places + np.array([-0.5, 0.5])
+        return np.concatenate([places - 0.5, places + 0.5])
     between = (places[1:] + places[:-1]) / 2
     ends = 2 * places[[0, -1]] - between[[0, -1]]
     return np.concatenate([ends[:1], between, ends[1:]])
