@@ -250,7 +250,7 @@ def sweep(
     seeds: a number of seeds, counted from 0, or the seeds: every point runs with each. A function
         gets it as ``seed``, a scenario as that of its effects. None: points run once.
     executor: who computes. None: this process, on all cores. "processes": one process a core, for
-        functions that hold Python's lock. An executor of `concurrent.futures`. A client of Dask, or
+        functions that hold Python's lock. An executor of ``concurrent.futures``. A client of Dask, or
         "dask" for a cluster on this machine, or "dask://host:port". "ray". With processes of any
         kind, a script has its calls below ``if __name__ == "__main__":``.
     out: the folder, made if it is not there.
