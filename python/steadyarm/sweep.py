@@ -121,7 +121,7 @@ class Sweep:
 
         ``by``: the name of a figure; the first one by default. Raises ValueError for another name.
         """
-        columns, name = self._read[0], self._figure(by)
+        columns, name = self._read[0], self._figure(by, "by")
         if not len(self):
             return []
         values = columns[name] if name else np.full(len(self), np.nan)
@@ -164,11 +164,12 @@ class Sweep:
         row = one_row(FileSource.kept(self._said["repeat"]), point)
         return {"index": index, **point, **row}, all(_alike(row[it], there[it]) for it in row)
 
-    def _figure(self, name: str | None) -> str:
+    def _figure(self, name: str | None, argument: str) -> str:
         """The name of a figure that is there, the first by default; "" where there is none."""
         figures = self.figures
         if name is not None and name not in figures:
-            raise ValueError(f"by: got {name!r:.80}, wants one of {', '.join(figures) or 'none'}")
+            wants = ", ".join(figures) or "none"
+            raise ValueError(f"{argument}: got {name!r:.80}, wants one of {wants}")
         return name or next(iter(figures), "")
 
     def plot(
@@ -198,7 +199,7 @@ class Sweep:
 
         if not len(self):
             raise ValueError("plot: no row is there yet")
-        return drawn(self, x, y, self._figure(value), width, style)
+        return drawn(self, x, y, self._figure(value, "value"), width, style)
 
     def counts(self) -> dict[str, int]:
         """How many rows ended in each way, by status."""
@@ -250,9 +251,9 @@ def sweep(
     seeds: a number of seeds, counted from 0, or the seeds: every point runs with each. A function
         gets it as ``seed``, a scenario as that of its effects. None: points run once.
     executor: who computes. None: this process, on all cores. "processes": one process a core, for
-        functions that hold Python's lock. An executor of ``concurrent.futures``. A client of Dask, or
-        "dask" for a cluster on this machine, or "dask://host:port". "ray". With processes of any
-        kind, a script has its calls below ``if __name__ == "__main__":``.
+        functions that hold Python's lock. An executor of ``concurrent.futures``. A client of Dask,
+        or "dask" for a cluster on this machine, or "dask://host:port". "ray". With processes of
+        any kind, a script has its calls below ``if __name__ == "__main__":``.
     out: the folder, made if it is not there.
     chunk_seconds: rows are computed and written in chunks that take about so long [s].
     progress: whether to show a bar with an estimate; by default on a terminal.
