@@ -32,6 +32,9 @@ WAIT = 0.2
 LOSSES = 8
 """So often the workers of a chunk may be lost. It is half as large after each."""
 
+SUSPECT = 2
+"""After so many losses rows are computed last and alone: they may be what kills the workers."""
+
 BARREN = 3
 """So often before any chunk came back."""
 
@@ -62,11 +65,12 @@ class Loop:
         self._begun = 0
         self._done = 0
         self._lost: deque[Sent] = deque()
+        self._suspects: deque[Sent] = deque()
         self._given_up: list[tuple[Sent, BaseException]] = []
         self._flying: dict[Future[Chunk], Sent] = {}
 
     def run(self, workers: Here, shown: bool) -> None:
-        """Compute what is left; Ctrl-C ends it, and keeps what has come back by then."""
+        """Compute what is left; Ctrl-C ends it. What has come back by then is kept."""
         self.workers = workers
         with Progress(len(self.left), "rows", shown=shown) as bar:
             try:
@@ -77,6 +81,9 @@ class Loop:
                     bar.to(self._done)
             except KeyboardInterrupt:
                 self._stop()
+            except Exception:
+                self._stop()
+                raise
             bar.to(self._done)
         if self._given_up:
             sent, error = self._given_up[0]
@@ -101,7 +108,7 @@ class Loop:
             return self._lost.popleft()
         left = len(self.left) - self._begun
         if left == 0:
-            return None
+            return self._suspects.popleft() if self._suspects and not self._flying else None
         # In the end all workers have a share of what is left.
         size = min(self._size, ceil(left / self.workers.count))
         rows = self.left[self._begun : self._begun + size]
@@ -154,7 +161,8 @@ class Loop:
             self._given_up.append((Sent(sent.rows, losses), error))
             return
         halves = np.array_split(sent.rows, 2) if len(sent.rows) > 1 else [sent.rows]
-        self._lost.extend(Sent(rows, losses) for rows in halves)
+        again = self._lost if losses < SUSPECT else self._suspects
+        again.extend(Sent(rows, losses) for rows in halves)
 
     def _stop(self) -> None:
         """Take what has come back, and no more."""

@@ -13,7 +13,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -128,11 +128,10 @@ class Dask(Pool):
 
     def lost(self, error: BaseException) -> bool:
         """Whether Dask gave a chunk up because its workers died."""
-        if isinstance(error, imported("distributed", "executor").KilledWorker):
-            return True
         if self.client.status != "running":
             raise RuntimeError(f"executor: Dask's scheduler is gone; {RESUMES}") from error
-        return False
+        killed = imported("distributed", "executor").KilledWorker
+        return isinstance(error, killed | CancelledError)
 
 
 class OwnDask(Dask):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import time
 from typing import Any
@@ -38,6 +39,13 @@ def slow(number: int) -> dict[str, float]:
     """A fiftieth of a second."""
     time.sleep(0.02)
     return {"square": float(number) ** 2}
+
+
+def fatal(number: int) -> dict[str, float]:
+    """One of them ends its process."""
+    if number == 7:
+        os._exit(1)
+    return slow(number)
 
 
 def stopped(number: int) -> dict[str, float]:

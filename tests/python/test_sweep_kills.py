@@ -13,13 +13,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
+from multiprocessing import get_context
 from pathlib import Path
 
 import pyarrow.parquet
 import pytest
 import steadyarm as sa
 import sweep_jobs
+from steadyarm import _sweep_loop
 
 psutil = pytest.importorskip("psutil")
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="processes are killed as on Unix")
@@ -174,6 +177,24 @@ def test_killed_clients_lose_no_row_that_was_written(
     with started(*command) as child:
         assert child.wait(PATIENCE) == 0
     check(tmp_path)
+
+
+def test_a_row_that_kills_its_workers_costs_itself_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_sweep_loop, "LOSSES", 3)
+    given = {"executor": "processes", "chunk_seconds": 1e-9, "out": tmp_path}
+    with pytest.raises(RuntimeError, match=r"1 rows are missing \(row 7 is the first\)"):
+        sa.sweep(sweep_jobs.fatal, {"number": range(12)}, **given)
+    assert sa.Sweep.read(tmp_path).table()["number"].tolist() == [*range(7), *range(8, 12)]
+
+
+def test_a_broken_pool_keeps_what_is_written(tmp_path: Path) -> None:
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        given = {"executor": pool, "chunk_seconds": 1e-9, "out": tmp_path}
+        with pytest.raises(RuntimeError, match=r"executor: it broke .* call again"):
+            sa.sweep(sweep_jobs.fatal, {"number": range(40)}, **given)
+    assert 0 < len(sa.Sweep.read(tmp_path)) < 40
 
 
 def test_the_table_is_the_same_from_clusters(
