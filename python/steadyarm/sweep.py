@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import Executor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,14 +20,14 @@ from ._extras import imported
 from ._look import Style
 from ._scene import VERSION
 from ._sweep_folder import Folder
-from ._sweep_loop import Loop
 from ._sweep_plan import LatinHypercube, Over, Plan, plan_of
-from ._sweep_pools import workers_of
 from ._sweep_source import FileSource, source_of
 from ._sweep_work import Chunk, Source, computed
 from .bench import Scenario
 
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
     from ._picture import Picture
@@ -291,6 +290,9 @@ def swept(
     progress: bool | None = None,
 ) -> Sweep:
     """Compute what is missing of a plan; see `sweep`."""
+    from ._sweep_loop import Loop
+    from ._sweep_pools import workers_of  # what has processes takes a while to import
+
     if not 0.0 < chunk_seconds < float("inf"):
         raise ValueError(f"chunk_seconds: got {chunk_seconds!r:.80}, wants a number > 0 [s]")
     source.check(plan.points(np.array([0, plan.rows - 1])))
