@@ -11,6 +11,7 @@
 # make setup-debian   Chromium, which docs-check wants, from Debian: the only target that calls apt
 # make reliability the table of docs/reliability.md, from a run of its tests
 # make house       sizes and tangles of the code, counted
+# make sweep-kills workers and clients of sweeps killed at twenty random moments each: processes, Dask, Ray
 # make cortex      the core on an emulated Cortex-M7: the same torques, stack, instructions a step
 # make check-all   all of that which can fail: test, reproduce, robot, docs, the bits of AArch64 and the Cortex-M7 where
 #                  they can be run, and what the benches compare, but no verdict on speed; what it prints is in check-all.log too
@@ -26,7 +27,7 @@ NO_STD := --no-default-features --features libm
 
 SOURCES := $(shell find src python -name '*.rs' -o -name '*.py' -o -name '*.pyi') Cargo.toml Cargo.lock pyproject.toml README.md
 
-.PHONY: reproduce robot robots which test test-crate test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs docs-check setup-debian release-check house same-work check-all clean
+.PHONY: reproduce robot robots which test test-crate test-rust test-python lint no-std bits bits-aarch64 cortex reliability bench bench-dynamics docs docs-check setup-debian release-check house same-work sweep-kills check-all clean
 
 reproduce: $(VENV)/wheel
 	$(BIN)/steadyarm reproduce --out $(OUT)
@@ -123,10 +124,13 @@ same-work: $(VENV)/wheel $(VENV)/peers
 	$(BIN)/python benches/many.py --quick
 	$(BIN)/python benches/friction_accuracy.py
 
+sweep-kills: $(VENV)/wheel $(VENV)/tools $(VENV)/cluster
+	cd tests/python && STEADYARM_KILLS=20 ../../$(BIN)/python -m pytest -c ../../pyproject.toml test_sweep_kills.py
+
 # The mark tells whether all went well: tee hides the exit code.
 check-all:
 	@rm -f target/check-all.passed && mkdir -p target
-	@{ date; $(MAKE) test bits-aarch64 cortex reproduce robot docs same-work && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
+	@{ date; $(MAKE) test bits-aarch64 cortex reproduce robot docs same-work sweep-kills && date && touch target/check-all.passed; } 2>&1 | tee check-all.log
 	@rm target/check-all.passed && echo "All passed; check-all.log has it."
 
 # The environment, and the wheel as `pip install .` builds it.
@@ -146,7 +150,8 @@ $(VENV)/peers: GROUP := bench
 $(VENV)/manual: GROUP := docs
 $(VENV)/release: GROUP := release
 $(VENV)/docs-check: GROUP := docs-check
-$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release $(VENV)/docs-check: pyproject.toml | $(VENV)/python
+$(VENV)/cluster: GROUP := cluster
+$(VENV)/tools $(VENV)/peers $(VENV)/manual $(VENV)/release $(VENV)/docs-check $(VENV)/cluster: pyproject.toml | $(VENV)/python
 	$(BIN)/python -m pip install --quiet --group $(GROUP)
 	@touch $@
 

@@ -22,7 +22,7 @@ from steadyarm._documented import FieldWords
 
 LOG = logging.getLogger(__name__)
 
-GIVEN = {"Comparison", "Job", "Scenario", "Scene"}
+GIVEN = {"Comparison", "Job", "LatinHypercube", "Scenario", "Scene"}
 """The records that a user makes; all others are results, whose constructor nobody calls."""
 
 SHAPES: dict[str, str] = {}

@@ -12,7 +12,8 @@ What you need is here: an `Arm` (`TwoLink`, or `Serial` for any other), a contro
 (`Sines`, `Quintic`, `Table`, `Waypoints` or any callable), `simulate()`, and `compare()`, which
 runs every controller of a `Scenario`. `design` and `learnable` say beforehand what will come of
 it, `attribution` why the error of a run is what it is, `learned` what a recommended controller
-knows by now. `plots` and `animation` are imported when they are first used.
+knows by now. `simulate_many()` has many runs in one call, `sweep()` keeps them in a folder.
+`plots` and `animation` are imported when they are first used.
 
 Arrays may be anything that numpy understands: numbers, lists, arrays of any real type, order and
 stride. They are copied, and results are new float64 arrays. Time comes first, (T, n); angles are in
@@ -70,6 +71,7 @@ from .record import Certificate, Channel, GuardReport, Status
 from .run import Run
 from .scenario import Scene
 from .simulation import DesignWarning, replay, simulate
+from .sweep import LatinHypercube, Sweep, sweep
 
 if _TYPE_CHECKING:
     from types import ModuleType
@@ -99,6 +101,7 @@ __all__ = [
     "FuzzyCompensator",
     "Guard",
     "GuardReport",
+    "LatinHypercube",
     "Learnable",
     "Learned",
     "LinearModel",
@@ -116,6 +119,7 @@ __all__ = [
     "Serial",
     "Sines",
     "Status",
+    "Sweep",
     "Table",
     "TwoLink",
     "Waypoints",
@@ -137,6 +141,7 @@ __all__ = [
     "scenario_names",
     "simulate",
     "simulate_many",
+    "sweep",
 ]
 
 

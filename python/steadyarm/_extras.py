@@ -16,6 +16,7 @@ EXTRAS = {
     "pandas": "data",
     "xarray": "data",
     "pyarrow": "data",
+    "scipy": "data",
     "mujoco": "mujoco",
     "distributed": "cluster",
     "ray": "cluster",

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import json
-from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import _core, paper
+from . import _core, _toml, paper
 from ._options import Refused, command
 from ._scene import arguments as arguments_of
 from ._source import (
@@ -86,10 +84,10 @@ def _of_robot(arguments: argparse.Namespace) -> str:
         raise Refused("--base: a scenario's file does not say it; steadyarm export makes a TOML")
     scene = scene_of(arguments)
     head = f"# What steadyarm makes of {arguments.source}: edit it, and run it as any scenario."
-    return "\n".join([head, *_lines(_sections(scene, arguments))])
+    return "\n".join([head, *_toml.lines(sections_of(scene, arguments))])
 
 
-def _sections(scene: Scenario, arguments: argparse.Namespace) -> dict[str, Any]:
+def sections_of(scene: Scenario, arguments: argparse.Namespace) -> dict[str, Any]:
     """What a file says of a robot's scene, by section."""
     arm = scene.nominal
     assert isinstance(arm, _core.Serial) and scene.effects is not None
@@ -119,26 +117,3 @@ def _sections(scene: Scenario, arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _each(limit: Any, arm: _core.Arm) -> Any:
     return limit if limit is None or np.ndim(limit) else [limit] * arm.joints
-
-
-def _lines(sections: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
-    """The lines of a file in TOML, without what is not said."""
-    for name, section in sections.items():
-        said = {key: value for key, value in section.items() if value is not None}
-        if not said:
-            continue
-        if name:
-            yield f"\n[{name}]"
-        for key, value in said.items():
-            yield f"{key} = {_inline(value)}"
-
-
-def _inline(value: Any) -> str:
-    """A value in TOML."""
-    if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {_inline(item)}' for key, item in value.items())} }}"
-    if isinstance(value, list | tuple | np.ndarray):
-        return f"[{', '.join(map(_inline, value))}]"
-    if isinstance(value, bool | str):
-        return json.dumps(value, ensure_ascii=False)
-    return repr(int(value) if isinstance(value, int | np.integer) else float(value))

@@ -273,7 +273,7 @@ def compare(
     scene = scenario if isinstance(scenario, Scenario) else Scenario.read(scenario)
     every = {**scene.controllers, **(controllers or {})}
     names = _chosen(every, only)
-    seeds = _seeds(seeds)
+    seeds = seeds_of(seeds)
     jobs = [
         Job(name, scene.name, seed, partial(_row, scene, name, every[name], seed, freeze))
         for seed in seeds
@@ -296,7 +296,7 @@ def _chosen(every: Mapping[str, Any], only: Sequence[str] | None) -> list[str]:
     return names
 
 
-def _seeds(seeds: int | Iterable[int]) -> list[int]:
+def seeds_of(seeds: int | Iterable[int]) -> list[int]:
     """The seeds, or so many of them, counted from 0."""
     refused = ValueError(
         f"seeds: got {seeds!r:.80}, wants how many, at least 1, or a list of whole numbers from 0 "

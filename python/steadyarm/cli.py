@@ -38,6 +38,7 @@ from ._robots import add_robots
 from ._scenario_file import add_scenario
 from ._simulate import add_simulate
 from ._streams import say, tell
+from ._sweep import add_sweep
 
 if TYPE_CHECKING:
     from ._options import Commands
@@ -57,6 +58,7 @@ your robot, from its URDF:
   steadyarm design robot.urdf                         which controller, how fast must the loop be?
   steadyarm simulate robot.urdf --payload 2 --why     one run, and why the error is what it is
   steadyarm compare robot.urdf --payload 2            every controller, in one table
+  steadyarm sweep robot.urdf --over payload=0:3:7     one controller, over loads, gains, noise
   steadyarm play robot.urdf --payload 2               the run as a page in the browser
 
 a robot or a scene that comes with it, and the paper:
@@ -314,6 +316,7 @@ COMMANDS: tuple[Callable[[Commands], None], ...] = (
     add_design,
     add_simulate,
     add_compare,
+    add_sweep,
     add_play,
     add_export,
     add_scenario,

@@ -21,7 +21,7 @@ LIFTER = Path(__file__).parents[2] / "examples" / "04_arm.urdf"
 
 NAMES = [
     "robots", "design", "simulate", "compare", "play", "export", "scenario", "reproduce",
-    "approximate", "completion",
+    "approximate", "completion", "sweep",
 ]  # fmt: skip
 """The commands."""
 

@@ -338,9 +338,11 @@ def test_row_19_callbacks_that_raise() -> None:
     refusals.test_callback_is_not_called_again_after_it_raised()
 
 
-@pytest.mark.skip(reason="comparisons run in threads: none is killed alone")
-def test_row_20_killed_worker_in_a_sweep() -> None:
+def test_row_20_killed_worker_in_a_sweep(tmp_path: Path, request: pytest.FixtureRequest) -> None:
     """A killed worker loses nothing of a sweep that was written."""
+    import test_sweep_kills as sweep_kills
+
+    sweep_kills.test_killed_workers_lose_no_row("processes", tmp_path, request)
 
 
 def test_row_21_checkpoint(tmp_path: Path) -> None:
