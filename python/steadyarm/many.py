@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _many_backend, _many_tables, _stopping
+from . import _core, _many_tables, _many_threads, _stopping
 from ._documented import documented
 from ._joints import lengths, numbered
 from ._many_given import Given, given
 from ._progress import Progress
 from ._scene import OPTIONS, joint_names
-from .compare_runner import threads_of
+from .compare_runner import BEFORE, threads_of
 from .metrics import NAMES, Metrics
 from .record import Status
 from .run import Run
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     import pandas  # type: ignore[import-untyped, import-not-found, unused-ignore]
 
 Array = NDArray[np.float64]
+
+UNBEGUN = ("interrupted", 0.0, BEFORE)
+"""How a run ended that was not begun."""
 
 
 @documented
@@ -221,7 +224,15 @@ def _computed(
             if stop is not None:
                 stop(done)
 
-        return _many_backend.simulate_many(
+        if same["record"] is None:
+            figures_of = {name: it for name, it in same.items() if name != "record"}
+            found = _core.simulate_many(
+                runs.count, **lists, **figures_of, threads=threads, progress=tell
+            )
+            if found is not None:
+                figures, ended = found
+                return {"figures": figures, "status": [it or UNBEGUN for it in ended]}
+        return _many_threads.simulate_many(
             runs.count, **lists, **same, threads=threads, progress=tell
         )
 

@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 use super::any_arm::AnyArm;
 use super::convert::{array1, type_name, vector};
 use crate::arm::{Arm, JointFriction};
-use crate::control::{BoxedLaw, ComputedTorque, Demand, Law, Sample};
-use crate::math::Vector;
+use crate::control::{BoxedLaw, ComputedTorque, Demand, Law, LawsAbreast, Sample};
+use crate::math::{LANES, Vector};
 
 /// Any law of an arm of `N` joints.
 pub(super) enum AnyLaw<const N: usize> {
@@ -93,6 +93,14 @@ impl<const N: usize> AnyLaw<N> {
 }
 
 impl<const N: usize> Law<N> for AnyLaw<N> {
+    fn abreast(each: [&Self; LANES]) -> Option<LawsAbreast<N>> {
+        let mut laws = [each[0].computed().ok()?; LANES];
+        for (law, any) in laws.iter_mut().zip(each) {
+            *law = any.computed().ok()?;
+        }
+        ComputedTorque::abreast(laws)
+    }
+
     #[inline(always)]
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N> {
         match self {

@@ -8,12 +8,13 @@ use pyo3::types::PyDict;
 use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
-    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, FuzzyCompensator,
-    FuzzyState, KernelCompensator, KernelState, NoCompensation, Sample, Saves, Stage,
+    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, EstimatorsAbreast,
+    FuzzyCompensator, FuzzyState, KernelCompensator, KernelState, NoCompensation, Sample, Saves,
+    Stage,
 };
 use crate::design::Subject;
 use crate::error::Result;
-use crate::math::Vector;
+use crate::math::{LANES, Vector};
 
 /// Any compensator. One without a matrix of weights raises TypeError when it is asked for them.
 pub(super) enum AnyCompensator<const N: usize> {
@@ -80,6 +81,24 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
     #[inline(always)]
     fn audit(&self, memory: &Memory<N>, i: usize, sample: &Sample<N>) -> Option<Audit<N>> {
         both!(self, memory, |it, state| it.audit(state, i, sample), None)
+    }
+
+    fn abreast(each: [(&Self, &Memory<N>); LANES]) -> Option<EstimatorsAbreast<N>> {
+        match each[0] {
+            (Self::None, _) => {
+                let none = each.iter().all(|(it, _)| matches!(it, Self::None));
+                none.then(|| NoCompensation::abreast([(&NoCompensation, &()); LANES]))?
+            }
+            (Self::Fuzzy(first), Memory::Fuzzy(state)) => {
+                let mut all = [(&**first, &**state); LANES];
+                for (own, any) in all.iter_mut().zip(each) {
+                    let (Self::Fuzzy(fuzzy), Memory::Fuzzy(state)) = any else { return None };
+                    *own = (fuzzy, state);
+                }
+                FuzzyCompensator::abreast(all)
+            }
+            _ => None,
+        }
     }
 
     fn channels(&self) -> &'static [Channel] {

@@ -10,7 +10,8 @@ use super::any_arm::AnyArm;
 use super::any_law::AnyLaw;
 use super::compensator::{AnyCompensator, Memory};
 use super::controller::PyController;
-use super::convert::{Any, Array, Given, count, matrix, object, wrong_shape};
+use super::convert::{self, Any, Array, Given, joints, object};
+use super::curves::PyCurve;
 use super::dispatch::{each, of_joints, same_joints};
 use super::effects::PyEffects;
 use super::plant::{Plant, Plants, PyPlant};
@@ -18,8 +19,7 @@ use super::simulate::{Numerics, ended, status, window_of};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
 use crate::effects::Effects;
-use crate::error::length;
-use crate::sim::{self, Metrics, Options, Record, Run, Window};
+use crate::sim::{self, Metrics, Options, Record, Run, Status, Window};
 
 /// Runs that are made ready at a time: what that takes of memory does not grow with their number.
 const READY: usize = 4096;
@@ -36,42 +36,36 @@ type Case<'a, const N: usize> = sim::Case<
     Memory<N>,
 >;
 
-/// The objects of all runs: lists of one entry for all, or of one a run.
+/// What is other from run to run: lists of one entry for all, or of one a run.
 #[derive(Clone, Copy)]
 struct Lists<'a, 'py> {
     plants: &'a Bound<'py, PyList>,
     trackers: &'a Bound<'py, PyList>,
     references: &'a Bound<'py, PyList>,
     effects: &'a Bound<'py, PyList>,
+    q0: &'a Bound<'py, PyList>,
+    dq0: &'a Bound<'py, PyList>,
 }
 
-/// The numbers that a run starts with.
-struct Starts {
-    seeds: Option<Vec<u64>>,
-    /// Rows, flat; none for a start at rest at zero.
-    q0: Vec<f64>,
-    dq0: Vec<f64>,
-}
-
-/// Run `steadyarm.simulate_many` where only metrics are wanted, and nothing calls Python.
+/// Run `steadyarm.simulate_many` where only figures are wanted, and nothing calls Python.
 ///
-/// Lists have one entry for all runs, or one a run; ``q0`` and ``dq0`` are None or (M, n). Returns
-/// the figures, (M, n) each, and the status of each run: its kind, when it ended, and the reason;
-/// None for a run that was not begun. ``progress`` is called with the number of runs that ended.
+/// Lists have one entry for all runs, or one a run. Returns the figures, (M, n) each, and the
+/// status of each run: its kind, when it ended, and the reason; None for a run that was not begun.
+/// Returns None where a run would call Python, or has a guard. ``progress`` is called with the
+/// number of runs that ended.
 #[pyfunction]
-#[pyo3(signature = (runs, plants, trackers, references, effects, seeds, q0, dq0, duration, dt,
-    method, control_period, rtol, atol, record_every, window, band, threads, progress))]
+#[pyo3(signature = (count, plants, trackers, references, effects, q0, dq0, duration, dt, method,
+    control_period, rtol, atol, record_every, window, band, threads, progress))]
 #[expect(clippy::too_many_arguments, reason = "called by keyword from one Python function")]
 pub(super) fn simulate_many<'py>(
     py: Python<'py>,
-    runs: usize,
+    count: usize,
     plants: &Bound<'py, PyList>,
     trackers: &Bound<'py, PyList>,
     references: &Bound<'py, PyList>,
     effects: &Bound<'py, PyList>,
-    seeds: Option<Vec<u64>>,
-    q0: Given<'_, 'py>,
-    dq0: Given<'_, 'py>,
+    q0: &Bound<'py, PyList>,
+    dq0: &Bound<'py, PyList>,
     duration: Any<'_, 'py>,
     dt: Any<'_, 'py>,
     method: Any<'_, 'py>,
@@ -82,35 +76,64 @@ pub(super) fn simulate_many<'py>(
     window: Any<'_, 'py>,
     band: Any<'_, 'py>,
     threads: usize,
-    progress: Option<Py<PyAny>>,
-) -> PyResult<(Bound<'py, PyDict>, Vec<Option<Ended>>)> {
-    let numerics = Numerics::of(duration, dt, method, control_period, [rtol, atol])?;
-    let record_every = count(record_every, "record_every", 1)?;
-    let window = window_of(window, band)?;
-    if let Some(seeds) = &seeds {
-        length("seeds", seeds.len(), runs)?;
+    progress: Py<PyAny>,
+) -> PyResult<Option<Found<'py>>> {
+    let lists = Lists { plants, trackers, references, effects, q0, dq0 };
+    if lists.call_python()? {
+        return Ok(None);
     }
+    let numerics = Numerics::of(duration, dt, method, control_period, [rtol, atol])?;
+    let every = convert::count(record_every, "record_every", 1)?;
+    let asked = (every, window_of(window, band)?);
     let first = trackers.get_item(0)?;
     let first = free(&first)?;
-    let joints = first.trackers.joints();
-    let (q0, dq0) = (rows(q0, "q0", [runs, joints])?, rows(dq0, "dq0", [runs, joints])?);
-    let lists = Lists { plants, trackers, references, effects };
-    let starts = Starts { seeds, q0, dq0 };
-    let mut done = Done::new(runs, joints, progress);
+    let mut done = Done::new(count, first.trackers.joints(), progress);
     each!(&first.trackers, Trackers, it => {
-        several(py, it, (lists, &starts), numerics, (record_every, window), threads, &mut done)
+        several(py, it, lists, numerics, asked, threads, &mut done)
     })?;
-    Ok((done.figures(py)?, done.ended))
+    Ok(Some((done.figures(py)?, done.ended)))
 }
 
-/// The numbers of M rows, flat.
-fn rows(value: Given<'_, '_>, name: &str, [runs, joints]: [usize; 2]) -> PyResult<Vec<f64>> {
-    let Some(value) = value else { return Ok(Vec::new()) };
-    let (got, columns, values) = matrix(value, name, "(M, n)")?;
-    if [got, columns] != [runs, joints] {
-        return Err(wrong_shape(name, &[got, columns], &format!("({runs}, {joints})")));
+/// Figures by name, and how each run ended.
+type Found<'py> = (Bound<'py, PyDict>, Vec<Option<Ended>>);
+
+impl Lists<'_, '_> {
+    /// Whether any run would call Python, or has a guard.
+    fn call_python(&self) -> PyResult<bool> {
+        let plants = self.plants.iter().map(|plant| {
+            let plant = object::<PyPlant>(&plant, "plant", "a Plant")?.get();
+            let pushes = each!(&plant.plants, Plants, plant => {
+                plant.disturbance.as_ref().is_some_and(Source::calls)
+            });
+            Ok(pushes)
+        });
+        let trackers = self.trackers.iter().map(|tracker| {
+            let Ok(tracker) = tracker.cast::<PyController>() else { return Ok(true) };
+            let tracker = tracker.try_borrow()?;
+            let own = each!(&tracker.trackers, Trackers, it => {
+                matches!(it.controller.law, AnyLaw::Own(..))
+            });
+            Ok(own)
+        });
+        let references = self.references.iter().map(|it| Ok(it.cast::<PyCurve>().is_err()));
+        let mut all = plants.chain(trackers).chain(references);
+        all.try_fold(false, |any, calls: PyResult<bool>| Ok(any | calls?))
     }
-    Ok(values)
+
+    /// Refuses what is not of `N` joints.
+    fn check<const N: usize>(&self) -> PyResult<()> {
+        for plant in self.plants.iter() {
+            let plant = object::<PyPlant>(&plant, "plant", "a Plant")?.get();
+            same_joints("plant", plant.plants.joints(), N)?;
+        }
+        for tracker in self.trackers.iter() {
+            same_joints("tracker", free(&tracker)?.trackers.joints(), N)?;
+        }
+        for (list, name) in [(self.q0, "q0"), (self.dq0, "dq0")] {
+            list.iter().try_for_each(|start| joints::<N>(&start, name).map(drop))?;
+        }
+        Ok(())
+    }
 }
 
 /// A tracker, unless it is in the middle of a step.
@@ -122,7 +145,7 @@ fn free<'py>(tracker: &Bound<'py, PyAny>) -> PyResult<PyRef<'py, PyController>> 
 fn several<const N: usize>(
     py: Python<'_>,
     _: &Tracker<N>,
-    (lists, starts): (Lists<'_, '_>, &Starts),
+    lists: Lists<'_, '_>,
     numerics: Numerics,
     (record_every, window): (usize, Window),
     threads: usize,
@@ -131,14 +154,14 @@ fn several<const N: usize>(
     let rest = ([0.0; N], [0.0; N], Effects::default());
     let record = Record::Metrics(window);
     let options = Options { record_every, record, ..numerics.options(rest) };
+    lists.check::<N>()?;
     let runs = done.ended.len();
     for first in (0..runs).step_by(READY) {
         let range = first..runs.min(first + READY);
         let ready = Ready::<N>::of(lists, &range)?;
         let mut raised = None;
         let ended = py.detach(|| {
-            let all: Option<Vec<_>> =
-                range.map(|run| ready.case(starts, run - first, run)).collect();
+            let all: Option<Vec<_>> = range.map(|run| ready.case(run - first)).collect();
             sim::simulate_many(&all.unwrap_or_default(), &options, threads, |count| {
                 raised = done.look(first + count).err();
                 if raised.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -164,6 +187,8 @@ struct Ready<const N: usize> {
     trackers: Vec<Tracker<N>>,
     references: Vec<Source<N>>,
     effects: Vec<Effects<N>>,
+    q0: Vec<[f64; N]>,
+    dq0: Vec<[f64; N]>,
 }
 
 impl<const N: usize> Ready<N> {
@@ -184,29 +209,24 @@ impl<const N: usize> Ready<N> {
         let effects = each_of(lists.effects, range, |it| {
             PyEffects::of(Some(&it).filter(|it| !it.is_none()))
         })?;
-        Ok(Self { plants, trackers: trackers.into_iter().flatten().collect(), references, effects })
+        let q0 = each_of(lists.q0, range, |it| joints(&it, "q0"))?;
+        let dq0 = each_of(lists.dq0, range, |it| joints(&it, "dq0"))?;
+        let trackers = trackers.into_iter().flatten().collect();
+        Ok(Self { plants, trackers, references, effects, q0, dq0 })
     }
 
-    /// Run `run`, which is at this place among those that are ready.
-    fn case<'a>(&'a self, starts: &Starts, place: usize, run: usize) -> Option<Case<'a, N>> {
+    /// The run at a place among those that are ready.
+    fn case(&self, place: usize) -> Option<Case<'_, N>> {
         let plants = &pick(&self.plants, place).get().plants;
         let tracker = pick(&self.trackers, place);
-        let mut effects = *pick(&self.effects, place);
-        if let Some(seeds) = &starts.seeds {
-            effects.seed = seeds[run];
-        }
-        let start = |rows: &[f64]| {
-            let row = rows.as_chunks::<N>().0.get(run);
-            row.copied().unwrap_or([0.0; N])
-        };
         Some(Case {
             plant: each!(plants, Plants, plant => of_joints::<Plant<N>>(&**plant))?,
             controller: &tracker.controller,
             state: &tracker.state,
             reference: pick(&self.references, place),
-            q0: start(&starts.q0),
-            dq0: start(&starts.dq0),
-            effects,
+            q0: *pick(&self.q0, place),
+            dq0: *pick(&self.dq0, place),
+            effects: *pick(&self.effects, place),
         })
     }
 }
@@ -234,25 +254,25 @@ struct Done {
     joints: usize,
     metrics: Vec<Metrics>,
     ended: Vec<Option<Ended>>,
-    progress: Option<Py<PyAny>>,
+    progress: Py<PyAny>,
 }
 
 impl Done {
-    fn new(runs: usize, joints: usize, progress: Option<Py<PyAny>>) -> Self {
+    fn new(runs: usize, joints: usize, progress: Py<PyAny>) -> Self {
         Self { joints, metrics: vec![NONE; runs * joints], ended: vec![None; runs], progress }
     }
 
     /// Shows progress, and looks for Ctrl-C.
     fn look(&self, ended: usize) -> PyResult<()> {
         Python::attach(|py| {
-            self.progress.as_ref().map(|progress| progress.call1(py, (ended,))).transpose()?;
+            self.progress.call1(py, (ended,))?;
             py.check_signals()
         })
     }
 
     fn add<const N: usize>(&mut self, index: usize, run: &Run<N>, duration: f64) {
         self.ended[index] = Some(status(run.status, ended(run.status, duration)));
-        if let Some(metrics) = run.metrics {
+        if let (Some(metrics), false) = (run.metrics, interrupted(run.status)) {
             self.metrics[index * N..(index + 1) * N].copy_from_slice(&metrics);
         }
     }
@@ -266,6 +286,10 @@ impl Done {
         }
         Ok(dict)
     }
+}
+
+fn interrupted(status: Status) -> bool {
+    matches!(status, Status::Interrupted { .. })
 }
 
 /// Those of a run that has none.

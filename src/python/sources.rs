@@ -220,6 +220,14 @@ fn desired<const N: usize>(
 }
 
 impl<const N: usize> Disturbance<N> for Option<Source<N>> {
+    fn is_same(&self, other: &Self) -> bool {
+        match (self, other) {
+            (None, None) => true,
+            (Some(Source::Curve(one)), Some(Source::Curve(other))) => one.is_same(other),
+            _ => false,
+        }
+    }
+
     #[inline]
     fn torque(&self, q: &Vector<N>, dq: &Vector<N>, t: f64) -> Vector<N> {
         self.as_ref().map_or_else(Vector::zeros, |source| source.torque(q, dq, t))

@@ -11,7 +11,7 @@ use crate::reference::{
 };
 
 /// A curve over time of `N` joints: a motion, or a disturbance.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Curve<const N: usize> {
     /// A sum of sines.
     Sines(Sines<N, Vec<Harmonic<N>>>),
@@ -24,6 +24,10 @@ pub enum Curve<const N: usize> {
 }
 
 impl<const N: usize> Disturbance<N> for Curve<N> {
+    fn is_same(&self, other: &Self) -> bool {
+        self == other
+    }
+
     #[inline]
     fn torque(&self, _: &Vector<N>, _: &Vector<N>, t: f64) -> Vector<N> {
         part::<N, _>(|| match self {

@@ -1,4 +1,4 @@
-"""`simulate_many` by threads over `_core.simulate`."""
+"""`simulate_many` by threads over `_core.simulate`: where runs call Python, or are recorded."""
 
 from __future__ import annotations
 
