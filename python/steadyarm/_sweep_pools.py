@@ -61,7 +61,11 @@ class Pool(Here):
 
     def submit(self, source: Source, points: list[Row]) -> Future[Chunk]:
         """Have a chunk computed by one thread of a worker."""
-        return self.executor.submit(computed, source, points, 1)
+        try:
+            return self.executor.submit(computed, source, points, 1)
+        except Exception as error:
+            self.lost(error)  # says what to do where it is clear
+            raise
 
     def lost(self, error: BaseException) -> bool:
         """A broken pool stays broken."""
