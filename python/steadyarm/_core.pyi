@@ -1414,6 +1414,34 @@ def simulate(
     started in, and the parts of a tracker in the state that it ended in.
     """
 
+def simulate_many(
+    count: int,
+    plants: list[Plant],
+    trackers: list[Controller | Guard],
+    references: list[Any],
+    effects: list[Effects | None],
+    q0: list[Any],
+    dq0: list[Any],
+    duration: float,
+    dt: float,
+    method: str,
+    control_period: float | None,
+    rtol: float,
+    atol: float,
+    record_every: int,
+    window: tuple[float, float],
+    band: float,
+    threads: int,
+    progress: Callable[[int], object],
+) -> tuple[dict[str, _Array], list[tuple[str, float, str] | None]] | None:
+    """Run `steadyarm.simulate_many` where only figures are wanted, and nothing calls Python.
+
+    Lists have one entry for all runs, or one a run. Returns the figures, (M, n) each, and the
+    status of each run: its kind, when it ended, and the reason; None for a run that was not begun.
+    Returns None where a run would call Python, or has a guard. ``progress`` is called with the
+    number of runs that ended.
+    """
+
 def describe(controller: Controller) -> dict[str, _Array]:
     """Return a controller's gains and what it has learnt, at the end of the latest period: arrays
     by name.

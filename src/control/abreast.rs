@@ -1,7 +1,7 @@
 //! Controllers of eight runs side by side, a controller a lane: computed torque, and what
 //! compensates.
 
-use pulp::Simd;
+use pulp::{Arch, Simd};
 
 use super::computed_torque::{computed, feedback};
 use super::fuzzy_compensator::PerJoint;
@@ -75,6 +75,7 @@ impl<const N: usize> EstimatorsAbreast<N> {
     /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
     pub(crate) fn estimate(
         &mut self,
+        arch: Arch,
         stage: &Stage<'_>,
         seen: &Sample<N, Abreast>,
         lost: &mut Abreast,
@@ -82,7 +83,7 @@ impl<const N: usize> EstimatorsAbreast<N> {
         match &mut self.0 {
             Kind::None(zeros) => zeros,
             Kind::PerJoint(all) => {
-                all.estimate(stage, seen, lost);
+                all.estimate(arch, stage, seen, lost);
                 &all.estimate
             }
         }
@@ -91,19 +92,20 @@ impl<const N: usize> EstimatorsAbreast<N> {
     /// As [`Compensator::acted`](super::Compensator::acted) of each.
     pub(crate) fn acted(
         &mut self,
+        arch: Arch,
         index: usize,
         asked: &Vector<N, Abreast>,
         applied: &Vector<N, Abreast>,
     ) {
         if let Kind::PerJoint(all) = &mut self.0 {
-            all.acted(index, asked, applied);
+            all.acted(arch, index, asked, applied);
         }
     }
 
     /// As [`Compensator::advance`](super::Compensator::advance) of each.
-    pub(crate) fn advance(&mut self, end: &Stage<'_>) {
+    pub(crate) fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
         if let Kind::PerJoint(all) = &mut self.0 {
-            all.advance(end);
+            all.advance(arch, end);
         }
     }
 }

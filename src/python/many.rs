@@ -15,7 +15,7 @@ use super::curves::PyCurve;
 use super::dispatch::{each, of_joints, same_joints};
 use super::effects::PyEffects;
 use super::plant::{Plant, Plants, PyPlant};
-use super::simulate::{Numerics, ended, status, window_of};
+use super::simulate::{Numerics, as_the_tracker, ended, status, window_of};
 use super::sources::Source;
 use super::tracked::{Tracker, Trackers};
 use crate::effects::Effects;
@@ -124,7 +124,7 @@ impl Lists<'_, '_> {
     fn check<const N: usize>(&self) -> PyResult<()> {
         for plant in self.plants.iter() {
             let plant = object::<PyPlant>(&plant, "plant", "a Plant")?.get();
-            same_joints("plant", plant.plants.joints(), N)?;
+            as_the_tracker::<N>(plant.plants.joints())?;
         }
         for tracker in self.trackers.iter() {
             same_joints("tracker", free(&tracker)?.trackers.joints(), N)?;
@@ -178,7 +178,7 @@ fn several<const N: usize>(
             None => {}
         }
     }
-    Ok(())
+    done.look(runs)
 }
 
 /// Some of the runs, made ready. What is the same for all of them is here once.
@@ -194,14 +194,11 @@ struct Ready<const N: usize> {
 impl<const N: usize> Ready<N> {
     fn of(lists: Lists<'_, '_>, range: &Range<usize>) -> PyResult<Self> {
         let plants = each_of(lists.plants, range, |plant| {
-            let plant = object::<PyPlant>(&plant, "plant", "a Plant")?;
-            same_joints("plant", plant.get().plants.joints(), N)?;
-            Ok(plant.clone().unbind())
+            Ok(object::<PyPlant>(&plant, "plant", "a Plant")?.clone().unbind())
         })?;
         let trackers = each_of(lists.trackers, range, |tracker| {
             let tracker = free(&tracker)?;
             let own = each!(&tracker.trackers, Trackers, it => of_joints::<Tracker<N>>(&**it));
-            same_joints("tracker", tracker.trackers.joints(), N)?;
             Ok(own.cloned())
         })?;
         let source = |it: Bound<'_, PyAny>| Source::reference(&it, "reference");

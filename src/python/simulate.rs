@@ -12,7 +12,7 @@ use super::convert::{
     Any, Array, Given, columns, count, joints, matrix, matrix_of, numbers, object, scalar, word,
     wrong_shape,
 };
-use super::dispatch::{each, of_joints};
+use super::dispatch::{each, of_joints, other_joints};
 use super::effects::PyEffects;
 use super::guard::{PyGuard, done};
 use super::guarding::{Guards, Own};
@@ -148,10 +148,8 @@ fn simulated<'py, const N: usize>(
 ) -> PyResult<(Bound<'py, PyDict>, Option<PyErr>)> {
     let joints = plants.joints();
     let plant = each!(plants, Plants, plant => of_joints::<Plant<N>>(&**plant));
-    let plant = plant.ok_or_else(|| {
-        let message = format!("plant: got one of {joints} joints, wants {N}, as the tracker has");
-        PyValueError::new_err(message)
-    })?;
+    as_the_tracker::<N>(joints)?;
+    let Some(plant) = plant else { return Err(other_joints("plant", joints, N)) };
     let Tracker { controller, state, latest, .. } = tracker;
     *latest = None;
     let options = settings.options()?;
@@ -184,6 +182,15 @@ fn simulated<'py, const N: usize>(
         .set_item("weights", weights.map(|w| (w.len() / N, w)).map(|(n, w)| Array::rows(w, n)))?;
     record.set_item("dictionary", compensator.dictionary(py, state)?)?;
     Ok((record, raised))
+}
+
+/// Refuses a plant of another joint count than the tracker's `N`.
+pub(super) fn as_the_tracker<const N: usize>(joints: usize) -> PyResult<()> {
+    if joints == N {
+        return Ok(());
+    }
+    let message = format!("plant: got one of {joints} joints, wants {N}, as the tracker has");
+    Err(PyValueError::new_err(message))
 }
 
 /// Time of the last row \[s\].

@@ -34,8 +34,8 @@ pub enum Record {
     /// motion and the error afterwards. A row of an error-controlled run then needs only its dense
     /// output, and no evaluation of the loop.
     Motion,
-    /// None of them: only the [metrics](super::Run::metrics) of the run over this window. Nothing
-    /// grows with its length.
+    /// None of them, and no certificate: only the [metrics](super::Run::metrics) of the run over
+    /// this window. Nothing grows with its length.
     Metrics(Window),
 }
 

@@ -41,6 +41,7 @@ impl<const N: usize> Recorder<N> {
     /// `record_every`: the record is larger than [`MAX_RECORD_BYTES`], or than memory.
     pub fn new(steps: usize, options: &Options<N>, own: &[Channel]) -> Result<Self> {
         check_names::<N>(own)?;
+        let own = if let Record::Metrics(_) = options.record { &[] } else { own };
         let every = options.record_every;
         let rows = steps.div_ceil(every) + 1;
         let row_bytes = Run::<N>::row_bytes(options.record, own);
@@ -167,8 +168,10 @@ impl<const N: usize> Recorder<N> {
         if let (Status::Finished, Some(doubt)) = (self.run.status, self.resolution.doubt()) {
             self.run.status = Status::Unresolved(doubt);
         }
-        self.run.certificate = self.certificate;
-        self.run.metrics = self.figures.and_then(|figures| figures.finish(|x| x));
+        match self.figures {
+            None => self.run.certificate = self.certificate,
+            Some(figures) => self.run.metrics = figures.finish(|x| x),
+        }
         self.run
     }
 }

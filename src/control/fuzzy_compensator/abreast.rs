@@ -106,24 +106,31 @@ impl<const N: usize> PerJoint<N> {
     }
 
     /// ρ̂ at a stage, and what drives the weights there; an input out of reach is `lost`.
-    pub fn estimate(&mut self, stage: &Stage<'_>, seen: &Sample<N, Abreast>, lost: &mut Abreast) {
-        Arch::new().dispatch(Estimate { it: self, stage, seen, lost });
+    pub fn estimate(
+        &mut self,
+        arch: Arch,
+        stage: &Stage<'_>,
+        seen: &Sample<N, Abreast>,
+        lost: &mut Abreast,
+    ) {
+        arch.dispatch(Estimate { it: self, stage, seen, lost });
     }
 
     /// Holds the weights of the runs whose torque was limited.
     pub fn acted(
         &mut self,
+        arch: Arch,
         index: usize,
         asked: &Vector<N, Abreast>,
         applied: &Vector<N, Abreast>,
     ) {
-        Arch::new().dispatch(Acted { drive: &mut self.stages[index].drive, asked, applied });
+        arch.dispatch(Acted { drive: &mut self.stages[index].drive, asked, applied });
     }
 
     /// Moves the weights to the end of a step.
-    pub fn advance(&mut self, end: &Stage<'_>) {
+    pub fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
         self.advances += 1;
-        Arch::new().dispatch(Advance { it: self, end });
+        arch.dispatch(Advance { it: self, end });
     }
 }
 

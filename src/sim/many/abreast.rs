@@ -6,6 +6,8 @@
 
 use core::sync::atomic::{AtomicBool, Ordering};
 
+use pulp::Arch;
+
 use super::Case;
 use super::bodies::Bodies;
 use super::estimators::Estimators;
@@ -57,8 +59,12 @@ where
     R: Reference<N>,
     S: Clone,
 {
-    /// The loops of these runs; `None` where they cannot go side by side.
-    pub fn new(cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES], window: Window) -> Option<Self> {
+    /// The loops of these runs with this instruction set; `None` where they cannot go side by side.
+    pub fn new(
+        cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES],
+        window: Window,
+        arch: Arch,
+    ) -> Option<Self> {
         let [first, ..] = cases;
         let wraps = first.controller.law.wraps();
         if cases.iter().any(|case| case.controller.law.wraps() != wraps) {
@@ -82,6 +88,7 @@ where
         let plants = A::abreast(cases.map(|case| &case.plant.arm))?;
         let laws = L::abreast(cases.map(|case| &case.controller.law))?;
         let bodies = Bodies {
+            arch,
             one_pose: plants.pose_as(laws.arms()),
             plants,
             laws,
@@ -132,7 +139,8 @@ where
             for i in 1..4 {
                 self.stage(&RK4.stage(i, h), times);
             }
-            self.compensators.advance(&RK4.end(h, 4), &mut self.bodies.lost);
+            let arch = self.bodies.arch;
+            self.compensators.advance(arch, &RK4.end(h, 4), &mut self.bodies.lost);
             self.bodies.end(h);
         }
         let bodies = self.bodies;
@@ -153,11 +161,11 @@ where
         if !self.timely {
             self.disturb(time);
         }
-        let Bodies { seen, lost, .. } = &mut *self.bodies;
-        let rho_hat = self.compensators.estimate(stage, seen, lost);
+        let Bodies { arch, seen, lost, .. } = &mut *self.bodies;
+        let rho_hat = self.compensators.estimate(*arch, stage, seen, lost);
         self.bodies.act(stage.index, rho_hat, &self.tau_d);
-        let Bodies { seen, asked, applied, .. } = &*self.bodies;
-        self.compensators.acted(stage.index, seen, asked, applied);
+        let Bodies { arch, seen, asked, applied, .. } = &*self.bodies;
+        self.compensators.acted(*arch, stage.index, seen, asked, applied);
     }
 
     /// Asks for the set-points at a time, and for the disturbances if they depend on it alone.

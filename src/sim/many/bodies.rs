@@ -18,6 +18,8 @@ use crate::sim::stiff::Moved;
 
 /// The arms and laws of eight runs, and where they are in a step.
 pub(super) struct Bodies<const N: usize> {
+    /// The instruction set.
+    pub arch: Arch,
     pub plants: ArmsAbreast<N>,
     pub laws: LawsAbreast<N>,
     /// Whether the laws' arms have the frames of the plants at every q.
@@ -48,24 +50,24 @@ impl<const N: usize> Bodies<N> {
 
     /// Goes to stage i of a step of `h` \[s\].
     pub fn go(&mut self, i: usize, h: f64, desired: &Setpoint<N, Abreast>) {
-        Arch::new().dispatch(Go { bodies: self, i, h, desired });
+        self.arch.dispatch(Go { bodies: self, i, h, desired });
     }
 
     /// Moves stage i by the laws, with estimates `rho_hat` and under disturbances `tau_d`.
     pub fn act(&mut self, i: usize, rho_hat: &Vector<N, Abreast>, tau_d: &Vector<N, Abreast>) {
-        Arch::new().dispatch(Act { bodies: self, i, rho_hat, tau_d });
+        self.arch.dispatch(Act { bodies: self, i, rho_hat, tau_d });
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it says,
     /// if it `counts`.
     pub fn note(&mut self, t: f64, counts: bool) {
         let row = if counts { self.figures.row(t) } else { None };
-        Arch::new().dispatch(Note { bodies: self, row });
+        self.arch.dispatch(Note { bodies: self, row });
     }
 
     /// Ends a step of `h` \[s\].
     pub fn end(&mut self, h: f64) {
-        Arch::new().dispatch(End { bodies: self, h });
+        self.arch.dispatch(End { bodies: self, h });
     }
 }
 

@@ -1,5 +1,7 @@
 //! The compensators of eight runs: side by side where they can be, or each as it is.
 
+use pulp::Arch;
+
 use super::Case;
 use super::abreast::lane;
 use crate::control::{Applied, Compensator, EstimatorsAbreast, Law, Sample, Stage};
@@ -30,12 +32,13 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
     /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
     pub fn estimate(
         &mut self,
+        arch: Arch,
         stage: &Stage<'_>,
         seen: &Sample<N, Abreast>,
         lost: &mut Abreast,
     ) -> &Vector<N, Abreast> {
         let (each, estimates) = match self {
-            Self::Abreast(all) => return all.estimate(stage, seen, lost),
+            Self::Abreast(all) => return all.estimate(arch, stage, seen, lost),
             Self::Each(each, estimates) => (each, estimates),
         };
         for (i, (compensator, state)) in each.iter_mut().enumerate() {
@@ -50,13 +53,14 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
     /// Tells each the torque that acts at a stage, and the one that was asked for.
     pub fn acted(
         &mut self,
+        arch: Arch,
         index: usize,
         seen: &Sample<N, Abreast>,
         asked: &Vector<N, Abreast>,
         applied: &Vector<N, Abreast>,
     ) {
         match self {
-            Self::Abreast(all) => all.acted(index, asked, applied),
+            Self::Abreast(all) => all.acted(arch, index, asked, applied),
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     let acted = Applied::new(lane(asked, i), lane(applied, i));
@@ -67,9 +71,9 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
     }
 
     /// Moves each to the end of a step; one that cannot is `lost`.
-    pub fn advance(&mut self, end: &Stage<'_>, lost: &mut Abreast) {
+    pub fn advance(&mut self, arch: Arch, end: &Stage<'_>, lost: &mut Abreast) {
         match self {
-            Self::Abreast(all) => all.advance(end),
+            Self::Abreast(all) => all.advance(arch, end),
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     if compensator.advance(state, end).is_err() {

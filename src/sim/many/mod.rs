@@ -13,6 +13,8 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::scope;
 use std::time::Duration;
 
+use pulp::Arch;
+
 use self::abreast::{Course, Loops};
 use super::metrics::Window;
 use super::options::{Method, Options, Record};
@@ -114,7 +116,7 @@ fn work<const N: usize, A, D, L, C, R, S>(
         let first = next.fetch_add(LANES, Ordering::Relaxed);
         let Some(rest) = cases.get(first..).filter(|rest| !rest.is_empty()) else { return };
         let batch = &rest[..rest.len().min(LANES)];
-        let together = abreast(batch, options, stop);
+        let together = abreast(batch, options, stop, Arch::new());
         for ((index, case), run) in (first..).zip(batch).zip(together) {
             if stop.load(Ordering::Relaxed) {
                 return;
@@ -131,6 +133,7 @@ fn abreast<const N: usize, A, D, L, C, R, S>(
     batch: &[Case<'_, N, A, D, L, C, R, S>],
     options: &Options<N>,
     stop: &AtomicBool,
+    arch: Arch,
 ) -> [Option<Run<N>>; LANES]
 where
     A: Arm<N>,
@@ -154,7 +157,7 @@ where
     if !cases.iter().all(plain) {
         return nothing;
     }
-    let Some(loops) = Loops::new(cases.each_ref(), window) else { return nothing };
+    let Some(loops) = Loops::new(cases.each_ref(), window, arch) else { return nothing };
     loops.run(course).map(|metrics| metrics.and_then(Run::of_metrics))
 }
 
@@ -196,4 +199,56 @@ where
             ControlFlow::Continue(())
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arm::{TwoLink, TwoLinkParameters};
+    use crate::fuzzy::Form;
+    use crate::paper::{self, Reading};
+    use crate::sim::{Record, Window};
+
+    /// Every instruction set that this processor has: registers of 1, 4 and 8 numbers.
+    fn instruction_sets() -> Vec<Arch> {
+        let mut all = vec![Arch::Scalar];
+        #[cfg(target_arch = "x86_64")]
+        {
+            all.extend(pulp::x86::V3::try_new().map(Arch::V3));
+            all.extend(pulp::x86::V4::try_new().map(Arch::V4));
+        }
+        all
+    }
+
+    /// The runs really go side by side, and all but the one that diverges have the bits of one at a
+    /// time.
+    #[test]
+    fn ordinary_runs_go_side_by_side_on_every_instruction_set() {
+        let reading = Reading { form: Form::PerJoint { joints: 2 }, normalized: true, gain: 300.0 };
+        let controller = &paper::controller(reading).unwrap();
+        let state = &State::new(controller.compensator.state());
+        let reference = &paper::reference().unwrap();
+        let plants: [_; LANES] = core::array::from_fn(|i| {
+            let mass = [6.0 + i as f64; 2];
+            let numbers = TwoLinkParameters { mass, gravity: 9.81, ..Default::default() };
+            let factor = if i == 3 { 1e9 } else { 1.0 };
+            let push = move |q: &crate::math::Vector<2>, _: &_, _: f64| q * factor;
+            Plant::new(TwoLink::new(numbers).unwrap(), push)
+        });
+        let cases = plants.each_ref().map(|plant| {
+            let (q0, dq0, effects) = ([0.4, -0.3], [0.0; 2], Effects::default());
+            Case { plant, controller, state, reference, q0, dq0, effects }
+        });
+        let record = Record::Metrics(Window { from: 0.1, to: 0.3, band: 0.01 });
+        let options = Options { duration: 0.5, record, ..Options::default() };
+        let stop = AtomicBool::new(false);
+        for arch in instruction_sets() {
+            let runs = abreast(&cases, &options, &stop, arch);
+            for (i, run) in runs.iter().enumerate() {
+                let alone = alone(&cases[i], &options, &stop).unwrap();
+                assert_eq!(run.is_none(), i == 3);
+                assert!(run.as_ref().is_none_or(|run| *run == alone), "{i}");
+            }
+        }
+    }
 }

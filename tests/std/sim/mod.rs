@@ -10,3 +10,4 @@ mod identity;
 mod integrators;
 mod learning;
 mod loops;
+mod many;
