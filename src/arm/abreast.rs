@@ -2,50 +2,46 @@
 
 use pulp::Simd;
 
+use super::Factor;
+use super::planar::Planar;
 use super::serial::{Chain, Turn};
-use super::two_link::Planar;
-use super::{Factor, Serial, TwoLink};
+use super::side::{Form, Side};
 use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector};
 
 /// Arms of one kind side by side, without friction and stops.
 #[derive(Clone, Debug)]
-pub struct ArmsAbreast<const N: usize>(Kind<N>);
+pub(crate) struct ArmsAbreast<const N: usize>(Kind<N>);
 
 #[derive(Clone, Debug)]
 enum Kind<const N: usize> {
     /// Only where `N` is 2.
-    TwoLink(Planar<Abreast>),
+    TwoLink(Box<Planar<Abreast>>),
     Chain(Box<Chain<N, Abreast>>),
 }
 
 impl<const N: usize> ArmsAbreast<N> {
-    /// Two-link arms; `None` if one of them has friction, or only some have gravity.
-    pub fn of_two_links(each: [&TwoLink; LANES]) -> Option<Self> {
-        let [first, ..] = each;
-        let alike = each
-            .iter()
-            .all(|arm| arm.is_frictionless() && arm.planar.has_gravity == first.planar.has_gravity);
-        let each = each.map(|arm| &arm.planar);
-        let of = |number: fn(&Planar) -> f64| Abreast::of(each, number);
-        (alike && N == 2).then(|| {
-            Self(Kind::TwoLink(Planar {
-                theta: [of(|it| it.theta[0]), of(|it| it.theta[1]), of(|it| it.theta[2])],
-                det_0: of(|it| it.det_0),
-                weight: [of(|it| it.weight[0]), of(|it| it.weight[1])],
-                has_gravity: first.planar.has_gravity,
-            }))
-        })
-    }
-
-    /// Chains; `None` if one of them has friction or stops, or their joints are not of one kind.
-    pub fn of_chains(each: [&Serial<N>; LANES]) -> Option<Self> {
-        let free = each.iter().all(|arm| arm.is_free());
-        let chain = free.then(|| Chain::abreast(each.map(Serial::chain)))??;
-        Some(Self(Kind::Chain(Box::new(chain))))
+    /// These arms; `None` if they are not of one kind, only some have gravity, or their joints are
+    /// not of the same kinds.
+    pub fn of(each: [Side<'_, N>; LANES]) -> Option<Self> {
+        if let Form::TwoLink(first) = each[0].0 {
+            let mut arms = [first; LANES];
+            for (arm, side) in arms.iter_mut().zip(each) {
+                let Form::TwoLink(own) = side.0 else { return None };
+                *arm = own;
+            }
+            return Planar::abreast(arms).map(Box::new).map(Kind::TwoLink).map(Self);
+        }
+        let Form::Chain(first) = each[0].0 else { return None };
+        let mut chains = [first; LANES];
+        for (chain, side) in chains.iter_mut().zip(each) {
+            let Form::Chain(own) = side.0 else { return None };
+            *chain = own;
+        }
+        Chain::abreast(chains).map(Box::new).map(Kind::Chain).map(Self)
     }
 
     /// Whether the pose of one is that of the other, in every lane.
-    pub(crate) fn pose_as(&self, other: &Self) -> bool {
+    pub fn pose_as(&self, other: &Self) -> bool {
         match (&self.0, &other.0) {
             (Kind::TwoLink(_), Kind::TwoLink(_)) => true,
             (Kind::Chain(one), Kind::Chain(other)) => one.poses_as(other),
@@ -55,7 +51,7 @@ impl<const N: usize> ArmsAbreast<N> {
 
     /// A part of them at q.
     #[inline(always)]
-    pub(crate) fn poses<S: Simd>(
+    pub fn poses<S: Simd>(
         &self,
         (simd, part): (S, usize),
         q: &Vector<N, Register<S>>,
@@ -71,7 +67,7 @@ impl<const N: usize> ArmsAbreast<N> {
 
     /// M(q) and H(q, q̇) = C q̇ + G of a part of them.
     #[inline(always)]
-    pub(crate) fn mass_matrix_and_bias<S: Simd>(
+    pub fn mass_matrix_and_bias<S: Simd>(
         &self,
         (simd, part): (S, usize),
         poses: &Poses<N, Register<S>>,
@@ -100,7 +96,7 @@ impl<const N: usize> ArmsAbreast<N> {
 
     /// q̈ = M⁻¹(τ − H) of a part of them.
     #[inline(always)]
-    pub(crate) fn forward_dynamics<S: Simd>(
+    pub fn forward_dynamics<S: Simd>(
         &self,
         (simd, part): (S, usize),
         poses: &Poses<N, Register<S>>,
@@ -133,6 +129,20 @@ pub(crate) enum Poses<const N: usize, T> {
     TwoLink(T, (T, T)),
     /// The frames.
     Chain([Turn<T>; N]),
+}
+
+impl Planar<Abreast> {
+    /// Arms of which all have gravity, or none; `None` if they are others.
+    fn abreast(each: [&Planar; LANES]) -> Option<Self> {
+        let has_gravity = each[0].has_gravity;
+        let of = |number: fn(&Planar) -> f64| Abreast::of(each, number);
+        each.iter().all(|arm| arm.has_gravity == has_gravity).then(|| Self {
+            theta: [of(|it| it.theta[0]), of(|it| it.theta[1]), of(|it| it.theta[2])],
+            det_0: of(|it| it.det_0),
+            weight: [of(|it| it.weight[0]), of(|it| it.weight[1])],
+            has_gravity,
+        })
+    }
 }
 
 impl Load for Planar<Abreast> {

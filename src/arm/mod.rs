@@ -11,13 +11,16 @@ mod factor;
 mod friction;
 mod implicit;
 mod parametric;
+mod planar;
 mod posed;
 mod resistance;
 mod serial;
+#[cfg(feature = "std")]
+mod side;
 mod two_link;
 
 #[cfg(feature = "std")]
-pub use abreast::ArmsAbreast;
+pub(crate) use abreast::ArmsAbreast;
 #[cfg(feature = "std")]
 pub(crate) use abreast::Poses;
 pub(crate) use factor::Factor;
@@ -32,12 +35,12 @@ pub use serial::{
     Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
     Unphysical,
 };
+#[cfg(feature = "std")]
+pub use side::Side;
 pub use two_link::{TwoLink, TwoLinkParameters};
 
 use nalgebra::SMatrix;
 
-#[cfg(feature = "std")]
-use crate::math::LANES;
 use crate::math::{FNV_START, Matrix, Vector, fnv_of};
 
 /// An arm whose tip is known.
@@ -160,12 +163,9 @@ pub trait Arm<const N: usize> {
         0.5 * dq.dot(&(self.mass_matrix(q) * dq))
     }
 
-    /// Arms of this kind side by side, for many runs at a time; `None` where they cannot be.
+    /// What of it is put beside other arms, for many runs at a time; `None` where it cannot be.
     #[cfg(feature = "std")]
-    fn abreast(_each: [&Self; LANES]) -> Option<ArmsAbreast<N>>
-    where
-        Self: Sized,
-    {
+    fn side(&self) -> Option<Side<'_, N>> {
         None
     }
 

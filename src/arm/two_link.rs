@@ -12,12 +12,11 @@
 use nalgebra::SMatrix;
 
 #[cfg(feature = "std")]
-use super::ArmsAbreast;
+use super::Side;
+use super::planar::Planar;
 use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
 use crate::error::{Result, finite, positive, within};
-#[cfg(feature = "std")]
-use crate::math::LANES;
-use crate::math::{Matrix, Real, Vector, sin_cos};
+use crate::math::{Matrix, Vector, sin_cos};
 
 /// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without
 /// friction.
@@ -47,24 +46,11 @@ impl Default for TwoLinkParameters {
     }
 }
 
-/// The numbers of the closed form, of one arm or of several side by side.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Planar<T = f64> {
-    /// θ₁, θ₂, θ₃ [kg·m²].
-    pub theta: [T; 3],
-    /// det M where sin q₂ = 0 [kg²·m⁴].
-    pub det_0: T,
-    /// Gravity torques of the first link with the second one's mass at its tip, and of the second
-    /// link [N·m].
-    pub weight: [T; 2],
-    pub has_gravity: bool,
-}
-
 /// The planar two-link arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLink {
     parameters: TwoLinkParameters,
-    pub(super) planar: Planar,
+    planar: Planar,
     has_friction: bool,
     /// Whether the friction of a joint is dry.
     sticks: bool,
@@ -155,12 +141,6 @@ impl TwoLink {
         Pose { translation: ahead(&elbow, self.parameters.length[1]), ..elbow }
     }
 
-    /// Whether its joints have no friction.
-    #[cfg(feature = "std")]
-    pub(super) fn is_frictionless(&self) -> bool {
-        !self.has_friction
-    }
-
     /// Potential energy, U = (m₁/2 + m₂) l₁ g sin q₁ + m₂ l₂/2 g sin(q₁ + q₂) \[J\]; G = ∂U/∂q.
     pub fn potential_energy(&self, q: &Vector<2>) -> f64 {
         let [inner, outer] = self.weight();
@@ -175,53 +155,6 @@ impl TwoLink {
             bias += self.parameters.friction.torque(dq);
         }
         bias
-    }
-}
-
-impl<T: Real> Planar<T> {
-    /// M from cos q₂.
-    #[inline(always)]
-    pub fn mass(&self, cos_2: T) -> Matrix<2, T> {
-        let [theta_1, theta_2, theta_3] = self.theta;
-        let coupling = theta_2 * cos_2;
-        let m12 = theta_3 + coupling;
-        let m11 = theta_1 + theta_3 + coupling.like(2.0) * coupling;
-        Matrix::<2, T>::new(m11, m12, m12, theta_3)
-    }
-
-    /// C q̇ + G from q₁, sin q₂, cos q₂.
-    #[inline(always)]
-    pub fn rigid_at(&self, q1: T, (sin_2, cos_2): (T, T), dq: &Vector<2, T>) -> Vector<2, T> {
-        // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
-        let h = self.theta[1] * sin_2;
-        let mixed = h.like(2.0) * dq[0] * dq[1] + dq[1] * dq[1];
-        let mut bias = Vector::<2, T>::new(-h * mixed, h * (dq[0] * dq[0]));
-        if self.has_gravity {
-            let gravity = self.gravity_at(q1, (sin_2, cos_2));
-            bias[0] += gravity[0];
-            bias[1] += gravity[1];
-        }
-        bias
-    }
-
-    /// G from q₁, sin q₂, cos q₂, with cos(q₁ + q₂) by the addition theorem.
-    #[inline]
-    fn gravity_at(&self, q1: T, (sin_2, cos_2): (T, T)) -> Vector<2, T> {
-        let (sin_1, cos_1) = q1.sin_cos();
-        let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
-        Vector::<2, T>::new(self.weight[0] * cos_1 + outer, outer)
-    }
-
-    /// M⁻¹ x with the determinant of [`TwoLink::new`], which cannot cancel.
-    #[inline(always)]
-    pub fn solve(&self, trig: (T, T), x: [T; 2]) -> Vector<2, T> {
-        let mass = self.mass(trig.1);
-        let off_axis = self.theta[1] * trig.0;
-        let inverse_det = off_axis.like(1.0) / (self.det_0 + off_axis * off_axis);
-        Vector::<2, T>::new(
-            (mass[(1, 1)] * x[0] - mass[(0, 1)] * x[1]) * inverse_det,
-            (mass[(0, 0)] * x[1] - mass[(0, 1)] * x[0]) * inverse_det,
-        )
     }
 }
 
@@ -260,8 +193,8 @@ impl Arm<2> for TwoLink {
     }
 
     #[cfg(feature = "std")]
-    fn abreast(each: [&Self; LANES]) -> Option<ArmsAbreast<2>> {
-        ArmsAbreast::of_two_links(each)
+    fn side(&self) -> Option<Side<'_, 2>> {
+        (!self.has_friction).then(|| Side::two_link(&self.planar))
     }
 
     fn rigid_dynamics(

@@ -3,15 +3,17 @@
 
 use pulp::{Arch, Simd};
 
-use super::computed_torque::{computed, feedback};
+use super::computed_torque::computed;
 use super::fuzzy_compensator::PerJoint;
-use super::{ComputedTorque, Demand, Feedback, Gains, Sample, Stage};
-use crate::arm::{Arm, ArmsAbreast, Poses};
+use super::gains::feedback;
+use super::learns::Kind as Side;
+use super::{Demand, Gains, Learns, Sample, Stage};
+use crate::arm::{self, ArmsAbreast, Poses};
 use crate::math::{Abreast, LANES, Load, Register, Vector};
 
 /// Laws of computed torque side by side, for many runs at a time.
 #[derive(Clone, Debug)]
-pub struct LawsAbreast<const N: usize> {
+pub(crate) struct LawsAbreast<const N: usize> {
     arms: ArmsAbreast<N>,
     kp: [Abreast; N],
     kv: [Abreast; N],
@@ -19,26 +21,22 @@ pub struct LawsAbreast<const N: usize> {
 
 impl<const N: usize> LawsAbreast<N> {
     /// These laws; `None` if what they believe of the arm cannot be put side by side.
-    pub fn of<A: Arm<N>, F: Feedback<N>>(each: [&ComputedTorque<N, A, F>; LANES]) -> Option<Self> {
-        let mut gains = [each[0].gains.constant()?; LANES];
-        for (gains, law) in gains.iter_mut().zip(each) {
-            *gains = law.gains.constant()?;
-        }
+    pub fn of(each: [(arm::Side<'_, N>, &Gains<N>); LANES]) -> Option<Self> {
         let gain = |of: fn(&Gains<N>) -> &[f64; N]| {
-            core::array::from_fn(|n| Abreast::of(gains, |gains| of(gains)[n]))
+            core::array::from_fn(|n| Abreast(each.map(|(_, gains)| of(gains)[n])))
         };
-        let arms = A::abreast(each.map(|law| &law.arm))?;
+        let arms = ArmsAbreast::of(each.map(|(arm, _)| arm))?;
         Some(Self { arms, kp: gain(|gains| &gains.kp), kv: gain(|gains| &gains.kv) })
     }
 
     /// What they believe of the arms.
-    pub(crate) fn arms(&self) -> &ArmsAbreast<N> {
+    pub fn arms(&self) -> &ArmsAbreast<N> {
         &self.arms
     }
 
     /// As [`Law::torque`](super::Law::torque) of a part of them.
     #[inline(always)]
-    pub(crate) fn torque<S: Simd>(
+    pub fn torque<S: Simd>(
         &self,
         (simd, part): (S, usize),
         poses: &Poses<N, Register<S>>,
@@ -53,27 +51,32 @@ impl<const N: usize> LawsAbreast<N> {
 
 /// Compensators of eight runs side by side, with their states.
 #[derive(Clone, Debug)]
-pub struct EstimatorsAbreast<const N: usize>(Kind<N>);
+pub(crate) struct EstimatorsAbreast<const N: usize>(Kind<N>);
 
 #[derive(Clone, Debug)]
 enum Kind<const N: usize> {
-    None(Vector<N, Abreast>),
+    Nothing(Vector<N, Abreast>),
     PerJoint(Box<PerJoint<N>>),
 }
 
 impl<const N: usize> EstimatorsAbreast<N> {
-    /// None at all: ρ̂ = 0.
-    pub(crate) fn none() -> Self {
-        Self(Kind::None(Vector::<N, Abreast>::repeat(Abreast::all(0.0))))
-    }
-
-    /// A grid a joint.
-    pub(super) fn per_joint(all: PerJoint<N>) -> Self {
-        Self(Kind::PerJoint(Box::new(all)))
+    /// These compensators; `None` if they cannot be put side by side.
+    pub fn of(each: [Learns<'_, N>; LANES]) -> Option<Self> {
+        let Side::PerJoint(first) = each[0].0 else {
+            let nothing = each.iter().all(|it| matches!(it.0, Side::Nothing));
+            let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
+            return nothing.then_some(Self(Kind::Nothing(zeros)));
+        };
+        let mut all = [first; LANES];
+        for (to, it) in all.iter_mut().zip(each) {
+            let Side::PerJoint(own) = it.0 else { return None };
+            *to = own;
+        }
+        PerJoint::of(all).map(Box::new).map(Kind::PerJoint).map(Self)
     }
 
     /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
-    pub(crate) fn estimate(
+    pub fn estimate(
         &mut self,
         arch: Arch,
         stage: &Stage<'_>,
@@ -81,7 +84,7 @@ impl<const N: usize> EstimatorsAbreast<N> {
         lost: &mut Abreast,
     ) -> &Vector<N, Abreast> {
         match &mut self.0 {
-            Kind::None(zeros) => zeros,
+            Kind::Nothing(zeros) => zeros,
             Kind::PerJoint(all) => {
                 all.estimate(arch, stage, seen, lost);
                 &all.estimate
@@ -90,7 +93,7 @@ impl<const N: usize> EstimatorsAbreast<N> {
     }
 
     /// As [`Compensator::acted`](super::Compensator::acted) of each.
-    pub(crate) fn acted(
+    pub fn acted(
         &mut self,
         arch: Arch,
         index: usize,
@@ -103,7 +106,7 @@ impl<const N: usize> EstimatorsAbreast<N> {
     }
 
     /// As [`Compensator::advance`](super::Compensator::advance) of each.
-    pub(crate) fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
+    pub fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
         if let Kind::PerJoint(all) = &mut self.0 {
             all.advance(arch, end);
         }

@@ -2,11 +2,9 @@
 //! the step.
 
 #[cfg(feature = "std")]
-use super::EstimatorsAbreast;
+use super::Learns;
 use super::{Applied, Channel, Sample};
 use crate::error::Result;
-#[cfg(feature = "std")]
-use crate::math::LANES;
 use crate::math::Vector;
 
 /// One row of a Runge-Kutta tableau: `z = z₀ + h Σ aⱼ żⱼ` at time `t₀ + c h`.
@@ -90,13 +88,10 @@ pub trait Compensator<const N: usize, S> {
     /// proof.
     fn audit(&self, state: &S, index: usize, sample: &Sample<N>) -> Option<Audit<N>>;
 
-    /// Compensators of this kind side by side, from these states on, for many runs at a time; `None`
-    /// where they cannot be: each is then asked by itself.
+    /// What of it is put beside others, from this state on, for many runs at a time; `None` where
+    /// it cannot be: it is then asked by itself.
     #[cfg(feature = "std")]
-    fn abreast(_each: [(&Self, &S); LANES]) -> Option<EstimatorsAbreast<N>>
-    where
-        Self: Sized,
-    {
+    fn learns<'a>(&'a self, _state: &'a S) -> Option<Learns<'a, N>> {
         None
     }
 
@@ -150,8 +145,8 @@ pub struct NoCompensation;
 
 impl<const N: usize> Compensator<N, ()> for NoCompensation {
     #[cfg(feature = "std")]
-    fn abreast(_: [(&Self, &()); LANES]) -> Option<EstimatorsAbreast<N>> {
-        Some(EstimatorsAbreast::none())
+    fn learns<'a>(&'a self, (): &'a ()) -> Option<Learns<'a, N>> {
+        Some(Learns::NOTHING)
     }
 
     fn estimate(&self, (): &mut (), _: &Stage<'_>, _: &Sample<N>) -> Vector<N> {

@@ -2,11 +2,11 @@
 //! `τ = τ_model + τ_compensation`.
 
 #[cfg(feature = "std")]
-use super::LawsAbreast;
+use super::Gains;
 use super::Sample;
 use crate::arm::JointFriction;
 #[cfg(feature = "std")]
-use crate::math::LANES;
+use crate::arm::Side;
 use crate::math::Vector;
 
 /// A control law for `N` joints. All that it knows is in `&self`, and it remembers nothing. What
@@ -43,12 +43,10 @@ pub trait Law<const N: usize> {
         [false; N]
     }
 
-    /// Laws of this kind side by side, for many runs at a time; `None` where they cannot be.
+    /// What it believes of the arm, and its gains, where it is computed torque with constant ones:
+    /// many runs can go side by side then.
     #[cfg(feature = "std")]
-    fn abreast(_each: [&Self; LANES]) -> Option<LawsAbreast<N>>
-    where
-        Self: Sized,
-    {
+    fn computed(&self) -> Option<(Side<'_, N>, &Gains<N>)> {
         None
     }
 

@@ -22,10 +22,13 @@ mod controller;
 mod dynamic;
 mod front;
 mod fuzzy_compensator;
+mod gains;
 mod guard;
 mod inputs;
 mod kernel_compensator;
 mod law;
+#[cfg(feature = "std")]
+mod learns;
 mod limits;
 mod sample;
 mod saved;
@@ -35,15 +38,14 @@ mod update;
 
 pub use crate::fuzzy::Buffer;
 #[cfg(feature = "std")]
-pub use abreast::{EstimatorsAbreast, LawsAbreast};
+pub(crate) use abreast::{EstimatorsAbreast, LawsAbreast};
 pub use adaptation::Adaptation;
 #[cfg(feature = "std")]
 pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
 pub(crate) use bytes::{Numbers, put_all};
 pub use channel::{Channel, Width};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
-pub(crate) use computed_torque::keeps_up;
-pub use computed_torque::{ComputedTorque, Feedback, Gains};
+pub use computed_torque::{ComputedTorque, Feedback};
 #[cfg(feature = "std")]
 pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};
@@ -52,6 +54,8 @@ pub use front::{Front, MAX_DELAY};
 #[cfg(feature = "std")]
 pub(crate) use front::{held_on, mean_acting};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
+pub use gains::Gains;
+pub(crate) use gains::keeps_up;
 pub use guard::{
     Brake, Cause, Event, Events, Guard, GuardMemory, GuardParameters, GuardState, Guarded,
 };
@@ -60,6 +64,8 @@ pub(crate) use guard::{Seen, Turn};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use law::{Applied, Demand, Law};
+#[cfg(feature = "std")]
+pub use learns::Learns;
 pub use limits::Limits;
 pub use sample::Sample;
 pub use saved::{Origin, Saves};

@@ -244,6 +244,9 @@ fn add_columns<S: Simd, const K: usize, const C: usize>(
     C * LANES
 }
 
+/// Tiny weights are looked for once in so many steps.
+pub(crate) const FLUSH_EVERY: u64 = 256;
+
 /// Sets tiny weights to zero.
 pub(crate) fn flush(weights: &mut [f64]) {
     weights.iter_mut().for_each(|w| *w = unless_tiny(*w, TINY_WEIGHT));

@@ -180,7 +180,7 @@ impl Lattice {
 }
 
 /// The sets of one input on a lattice, for inputs of several runs side by side.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg(feature = "std")]
 pub(crate) struct Spaced {
     /// First centre, slope of the exponent, half precision, reach.

@@ -1,6 +1,6 @@
 //! Numbers of eight runs side by side, in memory.
 
-use super::LANES;
+use super::{LANES, Vector};
 
 /// A number of each of eight runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,4 +19,19 @@ impl Abreast {
     pub fn of<X>(each: [&X; LANES], number: impl Fn(&X) -> f64) -> Self {
         Self(each.map(number))
     }
+}
+
+/// The vector in a lane.
+#[inline(always)]
+pub(crate) fn lane<const N: usize>(x: &Vector<N, Abreast>, lane: usize) -> Vector<N> {
+    Vector::<N>::from_fn(|n, _| x[n].0[lane])
+}
+
+/// All eight, if none is missing.
+pub(crate) fn none_missing<T: Copy>(each: [Option<T>; LANES]) -> Option<[T; LANES]> {
+    let mut all = [each[0]?; LANES];
+    for (to, from) in all.iter_mut().zip(each) {
+        *to = from?;
+    }
+    Some(all)
 }

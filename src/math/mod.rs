@@ -13,9 +13,10 @@ mod register;
 mod sines;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::Abreast;
+pub(crate) use abreast::{Abreast, lane, none_missing};
 pub(crate) use exponential::exponential;
 pub use real::Real;
+pub(crate) use real::product;
 #[cfg(feature = "std")]
 pub(crate) use register::store;
 #[cfg(feature = "std")]
@@ -100,23 +101,6 @@ pub fn ln(x: f64) -> f64 {
 #[inline]
 pub fn sin_cos(x: f64) -> (f64, f64) {
     libm::sincos(x)
-}
-
-/// M x, column by column.
-#[inline(always)]
-pub(crate) fn product<const N: usize, T: Real>(
-    matrix: &Matrix<N, T>,
-    x: &Vector<N, T>,
-) -> Vector<N, T> {
-    let mut product = *x;
-    for i in 0..N {
-        let mut sum = matrix[(i, 0)] * x[0];
-        for j in 1..N {
-            sum += matrix[(i, j)] * x[j];
-        }
-        product[i] = sum;
-    }
-    product
 }
 
 /// What [`fnv`] starts from.

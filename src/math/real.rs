@@ -6,6 +6,8 @@
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use super::{Matrix, Vector};
+
 /// A number, or several side by side.
 pub trait Real:
     Copy
@@ -89,4 +91,21 @@ impl Real for f64 {
     fn around(self) -> Self {
         super::around(self)
     }
+}
+
+/// M x, column by column.
+#[inline(always)]
+pub(crate) fn product<const N: usize, T: Real>(
+    matrix: &Matrix<N, T>,
+    x: &Vector<N, T>,
+) -> Vector<N, T> {
+    let mut product = *x;
+    for i in 0..N {
+        let mut sum = matrix[(i, 0)] * x[0];
+        for j in 1..N {
+            sum += matrix[(i, j)] * x[j];
+        }
+        product[i] = sum;
+    }
+    product
 }

@@ -1,14 +1,14 @@
 //! Sine and cosine side by side, with the bits of the libm crate's.
 //!
-//! An angle is `x = n π/2 + y + rest`; the sine and cosine of y + rest are a series each, and n says
-//! which is which, and with what sign. libm reduces some angles in another way. These are [`rare`],
-//! and are left to it.
+//! An angle is `x = n π/2 + y + rest`; the sine and cosine of y + rest are a series each, and n
+//! says which is which, and with what sign. libm reduces some angles in another way. These are
+//! [`rare`], and are left to it.
 //! Source: the same series, FreeBSD's `k_sin` and `k_cos`, and its `rem_pio2`.
 
 use super::Real;
 
 /// 2/π; 1.5 · 2⁵², which rounds what it is added to; the first 33 digits of π/2, and the rest.
-const TURNS: f64 = 6.366_197_723_675_814e-1;
+const TURNS: f64 = core::f64::consts::FRAC_2_PI;
 const ROUNDER: f64 = 6755399441055744.0;
 const QUARTER: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
 /// Below these an angle is not reduced, and its sine is itself.

@@ -5,11 +5,11 @@ use pyo3::prelude::*;
 
 use super::dispatch::by_joints;
 use crate::arm::{
-    Arm, ArmsAbreast, JointFriction, JointKind, JointLimits, JointStop, Parametric, Pose,
-    Regressor, Serial, Tip, TwoLink,
+    Arm, JointFriction, JointKind, JointLimits, JointStop, Parametric, Pose, Regressor, Serial,
+    Side, Tip, TwoLink,
 };
 use crate::control::BoxedCompensator;
-use crate::math::{LANES, Matrix, Vector};
+use crate::math::{Matrix, Vector};
 use crate::robot::Description;
 use crate::scenario::{Adapts, Natural, Uses, no_bodies};
 
@@ -111,15 +111,6 @@ fn square<const N: usize>(x: Matrix<2>) -> Matrix<N> {
     Matrix::<N>::from_fn(|i, j| x.get((i, j)).copied().unwrap_or(f64::NAN))
 }
 
-/// All eight, if none is missing.
-fn all<T: Copy>(each: [Option<T>; LANES]) -> Option<[T; LANES]> {
-    let mut all = [each[0]?; LANES];
-    for (to, from) in all.iter_mut().zip(each) {
-        *to = from?;
-    }
-    Some(all)
-}
-
 /// What no joint count is in.
 #[inline(always)]
 fn same<T>(x: T) -> T {
@@ -127,18 +118,11 @@ fn same<T>(x: T) -> T {
 }
 
 impl<const N: usize> Arm<N> for AnyArm<N> {
-    fn abreast(each: [&Self; LANES]) -> Option<ArmsAbreast<N>> {
-        let (mut planar, mut chains) = ([const { None }; LANES], [const { None }; LANES]);
-        for (i, arm) in each.into_iter().enumerate() {
-            match arm {
-                Self::TwoLink(arm) => planar[i] = Some(arm),
-                Self::Serial(chain) => chains[i] = Some(&**chain),
-            }
+    fn side(&self) -> Option<Side<'_, N>> {
+        match self {
+            Self::TwoLink(arm) => Side::of_two(arm.side()?),
+            Self::Serial(chain) => chain.side(),
         }
-        if let Some(chains) = all(chains) {
-            return ArmsAbreast::of_chains(chains);
-        }
-        ArmsAbreast::of_two_links(all(planar)?)
     }
 
     #[inline]

@@ -11,9 +11,9 @@ use pyo3::prelude::*;
 
 use super::any_arm::AnyArm;
 use super::convert::{array1, type_name, vector};
-use crate::arm::{Arm, JointFriction};
-use crate::control::{BoxedLaw, ComputedTorque, Demand, Law, LawsAbreast, Sample};
-use crate::math::{LANES, Vector};
+use crate::arm::{Arm, JointFriction, Side};
+use crate::control::{BoxedLaw, ComputedTorque, Demand, Gains, Law, Sample};
+use crate::math::Vector;
 
 /// Any law of an arm of `N` joints.
 pub(super) enum AnyLaw<const N: usize> {
@@ -93,12 +93,8 @@ impl<const N: usize> AnyLaw<N> {
 }
 
 impl<const N: usize> Law<N> for AnyLaw<N> {
-    fn abreast(each: [&Self; LANES]) -> Option<LawsAbreast<N>> {
-        let mut laws = [each[0].computed().ok()?; LANES];
-        for (law, any) in laws.iter_mut().zip(each) {
-            *law = any.computed().ok()?;
-        }
-        ComputedTorque::abreast(laws)
+    fn computed(&self) -> Option<(Side<'_, N>, &Gains<N>)> {
+        if let Self::Computed(law) = self { law.computed() } else { None }
     }
 
     #[inline(always)]

@@ -8,13 +8,12 @@ use pyo3::types::PyDict;
 use super::convert::{Any, array1, object};
 use super::fuzzy::PyFuzzyCompensator;
 use crate::control::{
-    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, EstimatorsAbreast,
-    FuzzyCompensator, FuzzyState, KernelCompensator, KernelState, NoCompensation, Sample, Saves,
-    Stage,
+    Applied, Audit, BoxedCompensator, BoxedState, Channel, Compensator, FuzzyCompensator,
+    FuzzyState, KernelCompensator, KernelState, Learns, NoCompensation, Sample, Saves, Stage,
 };
 use crate::design::Subject;
 use crate::error::Result;
-use crate::math::{LANES, Vector};
+use crate::math::Vector;
 
 /// Any compensator. One without a matrix of weights raises TypeError when it is asked for them.
 pub(super) enum AnyCompensator<const N: usize> {
@@ -83,20 +82,10 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
         both!(self, memory, |it, state| it.audit(state, i, sample), None)
     }
 
-    fn abreast(each: [(&Self, &Memory<N>); LANES]) -> Option<EstimatorsAbreast<N>> {
-        match each[0] {
-            (Self::None, _) => {
-                let none = each.iter().all(|(it, _)| matches!(it, Self::None));
-                none.then(|| NoCompensation::abreast([(&NoCompensation, &()); LANES]))?
-            }
-            (Self::Fuzzy(first), Memory::Fuzzy(state)) => {
-                let mut all = [(&**first, &**state); LANES];
-                for (own, any) in all.iter_mut().zip(each) {
-                    let (Self::Fuzzy(fuzzy), Memory::Fuzzy(state)) = any else { return None };
-                    *own = (fuzzy, state);
-                }
-                FuzzyCompensator::abreast(all)
-            }
+    fn learns<'a>(&'a self, memory: &'a Memory<N>) -> Option<Learns<'a, N>> {
+        match (self, memory) {
+            (Self::None, _) => Some(Learns::NOTHING),
+            (Self::Fuzzy(fuzzy), Memory::Fuzzy(state)) => fuzzy.learns(state),
             _ => None,
         }
     }

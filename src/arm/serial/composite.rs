@@ -148,6 +148,7 @@ impl<const N: usize> Chain<N> {
     }
 }
 
+#[cfg(feature = "std")]
 impl<const N: usize, T: Real> Chain<N, T> {
     /// The same of arms side by side, where a lane is an arm and no column.
     #[inline(always)]

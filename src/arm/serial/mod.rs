@@ -37,11 +37,9 @@ pub use unphysical::Unphysical;
 pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
 #[cfg(feature = "std")]
-use crate::arm::ArmsAbreast;
+use crate::arm::Side;
 use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Result, finite, not_empty};
-#[cfg(feature = "std")]
-use crate::math::LANES;
 use crate::math::{Matrix, Vector};
 pub(super) use joint::Chain;
 use joint::Mass;
@@ -202,18 +200,6 @@ impl<const N: usize> Serial<N> {
         self.add_armature(tau, ddq_r)
     }
 
-    /// Whether its joints have neither friction nor stops.
-    #[cfg(feature = "std")]
-    pub(super) fn is_free(&self) -> bool {
-        !self.has_friction && !self.has_stops
-    }
-
-    /// The prepared chain.
-    #[cfg(feature = "std")]
-    pub(super) fn chain(&self) -> &Chain<N> {
-        &self.chain
-    }
-
     /// −g, the acceleration of the base that weighs as gravity does.
     #[inline(always)]
     fn upward(&self) -> V3 {
@@ -298,8 +284,8 @@ impl<const N: usize> Arm<N> for Serial<N> {
     }
 
     #[cfg(feature = "std")]
-    fn abreast(each: [&Self; LANES]) -> Option<ArmsAbreast<N>> {
-        ArmsAbreast::of_chains(each)
+    fn side(&self) -> Option<Side<'_, N>> {
+        (!self.has_friction && !self.has_stops).then(|| Side::chain(&self.chain))
     }
 
     fn rigid_dynamics(

@@ -8,10 +8,10 @@ use core::array::from_fn;
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::step::FLUSH_EVERY;
-use super::{FuzzyCompensator, FuzzyState};
-use crate::control::{Buffer, Inputs, MAX_STAGES, Sample, Stage};
+use crate::control::learns::PerJointSide;
+use crate::control::{Inputs, MAX_STAGES, Sample, Stage};
 use crate::fuzzy::Spaced;
+use crate::fuzzy::lanes::FLUSH_EVERY;
 use crate::math::{
     Abreast, LANES, Load, Real, Register, TINY_ESTIMATE, TINY_KERNEL, TINY_TERM, TINY_WEIGHT,
     Vector, store,
@@ -52,56 +52,39 @@ struct Recorded<const N: usize> {
 }
 
 impl<const N: usize> PerJoint<N> {
-    /// These compensators; `None` if they are not all of this kind, on the same sets, and without
-    /// modifications of the law.
-    pub fn of<T: Buffer, B: Buffer>(
-        each: [(&FuzzyCompensator<N, T>, &FuzzyState<N, B>); LANES],
-    ) -> Option<Self> {
-        let (first, state) = each[0];
-        let (inputs, rules) = (first.update.parameters.inputs, first.basis.block_rules());
-        let alike = each.iter().all(|(it, own)| {
-            it.is_plain()
-                && it.basis.fingerprint() == first.basis.fingerprint()
-                && it.update.parameters.inputs == inputs
-                && own.advances == state.advances
-                && !own.frozen
+    /// These compensators; `None` if they are not on the same sets of the same inputs.
+    pub fn of(each: [PerJointSide<'_, N>; LANES]) -> Option<Self> {
+        let [first, ..] = each;
+        let PerJointSide { inputs, sets, normalized, row, advances, .. } = first;
+        let alike = each.iter().all(|it| {
+            let clock = it.advances == advances;
+            it.inputs == inputs && it.sets == sets && it.normalized == normalized && clock
         });
-        if !alike || inputs.signals().len() != INPUTS || !first.basis.is_inner() {
-            return None;
-        }
-        let mut sets = [[Spaced::NONE; INPUTS]; N];
-        for n in 0..N {
-            for k in 0..INPUTS {
-                sets[n][k] = first.basis.spaced(k * N + n)?;
-            }
-        }
-        let place = |rule: usize| first.basis.places().nth(rule);
-        let places: Vec<usize> = (0..rules).filter_map(place).collect();
-        let row = first.basis.row_len();
-        let weight = |n: usize, place: usize| {
-            Abreast(each.map(|(_, state)| state.memory.as_slice()[n * row + place]))
+        let of = |numbers: fn(&PerJointSide<'_, N>) -> [f64; N]| {
+            from_fn(|n| Abreast(each.each_ref().map(|it| numbers(it)[n])))
         };
-        let of = |number: &dyn Fn(&FuzzyCompensator<N, T>, usize) -> f64| {
-            from_fn(|n| Abreast(each.map(|(it, _)| number(it, n))))
-        };
+        let rules = sets[0].iter().map(Spaced::len).product::<usize>();
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         let memberships = [[[Abreast::all(0.0); Spaced::MOST]; INPUTS]; N];
-        Some(Self {
+        let whole = vec![Abreast::all(0.0); rules.next_multiple_of(LANES)];
+        alike.then(|| Self {
             inputs,
             sets,
-            normalized: first.basis.normalized(),
-            p12: of(&|it, n| it.update.p[n].p12),
-            p22: of(&|it, n| it.update.p[n].p22),
-            gain: of(&|it, n| it.update.parameters.adaptation.gain[n]),
+            normalized,
+            p12: of(|it| it.p12),
+            p22: of(|it| it.p22),
+            gain: of(|it| it.gain),
             weights: from_fn(|n| {
-                let mut own = vec![Abreast::all(0.0); rules.next_multiple_of(LANES)];
-                own.iter_mut().zip(&places).for_each(|(w, place)| *w = weight(n, *place));
+                let mut own = whole.clone();
+                for (rule, weight) in own[..rules].iter_mut().enumerate() {
+                    *weight = Abreast(each.map(|it| it.weights[n * row + rule]));
+                }
                 own
             }),
-            xi: vec![Abreast::all(0.0); rules.next_multiple_of(LANES)],
+            xi: whole,
             stages: from_fn(|_| Recorded { memberships, drive: zeros }),
             estimate: zeros,
-            advances: state.advances,
+            advances,
         })
     }
 

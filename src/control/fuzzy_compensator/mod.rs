@@ -16,9 +16,13 @@ pub(super) use abreast::PerJoint;
 pub(super) use saved::FROZEN;
 pub use state::FuzzyState;
 
+#[cfg(feature = "std")]
+use super::learns::{Kind, Learns, PerJointSide};
 use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
 use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
+#[cfg(feature = "std")]
+use crate::fuzzy::Spaced;
 use crate::fuzzy::lanes::norm_squared;
 use crate::fuzzy::{Buffer, Form, FuzzyBasis, Memory, Room};
 use crate::math::{TINY_WEIGHT, unless_tiny};
@@ -67,12 +71,35 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
         Ok(Self { basis, update, places })
     }
 
-    /// Whether the weights move by the law (18) alone, in a grid for each joint.
+    /// What of it is put beside others: a grid for each joint over two inputs on lattices, whose
+    /// weights move by the law (18) alone.
     #[cfg(feature = "std")]
-    fn is_plain(&self) -> bool {
-        let adaptation = &self.update.parameters.adaptation;
+    fn per_joint_side<'a, B: Buffer>(
+        &'a self,
+        state: &'a FuzzyState<N, B>,
+    ) -> Option<Learns<'a, N>> {
+        let FuzzyParameters { inputs, adaptation, .. } = &self.update.parameters;
         let per_joint = self.basis.form() == Form::PerJoint { joints: N };
-        per_joint && !adaptation.pulls() && !adaptation.weakens_drive()
+        let plain = !adaptation.pulls() && !adaptation.weakens_drive() && !state.frozen;
+        if !per_joint || !plain || inputs.signals().len() != 2 || !self.basis.is_inner() {
+            return None;
+        }
+        let mut sets = [[Spaced::NONE; 2]; N];
+        for (n, own) in sets.iter_mut().enumerate() {
+            *own = [self.basis.spaced(n)?, self.basis.spaced(N + n)?];
+        }
+        let side = PerJointSide {
+            inputs: *inputs,
+            sets,
+            normalized: self.basis.normalized(),
+            p12: self.update.p.each_ref().map(|p| p.p12),
+            p22: self.update.p.each_ref().map(|p| p.p22),
+            gain: adaptation.gain,
+            weights: state.memory.as_slice(),
+            row: self.basis.row_len(),
+            advances: state.advances,
+        };
+        Some(Learns(Kind::PerJoint(side)))
     }
 
     /// The basis ξ.

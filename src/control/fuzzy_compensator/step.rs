@@ -3,22 +3,15 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-#[cfg(feature = "std")]
-use super::abreast::PerJoint;
 use super::tasks::{Dots, Products, WriteRows};
 use super::{FuzzyCompensator, FuzzyState, Places};
 #[cfg(feature = "std")]
-use crate::control::EstimatorsAbreast;
+use crate::control::Learns;
 use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::fuzzy::Activate;
-use crate::fuzzy::lanes::flush;
-#[cfg(feature = "std")]
-use crate::math::LANES;
+use crate::fuzzy::lanes::{FLUSH_EVERY, flush};
 use crate::math::{Runs, Shared, Vector, WHOLE};
-
-/// Tiny weights are looked for once in so many steps.
-pub(super) const FLUSH_EVERY: u64 = 256;
 
 impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
     for FuzzyCompensator<N, T>
@@ -94,8 +87,8 @@ impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
     }
 
     #[cfg(feature = "std")]
-    fn abreast(each: [(&Self, &FuzzyState<N, B>); LANES]) -> Option<EstimatorsAbreast<N>> {
-        PerJoint::of(each).map(EstimatorsAbreast::per_joint)
+    fn learns<'a>(&'a self, state: &'a FuzzyState<N, B>) -> Option<Learns<'a, N>> {
+        self.per_joint_side(state)
     }
 
     #[inline(always)]

@@ -8,12 +8,12 @@ use core::sync::atomic::{AtomicBool, Ordering};
 
 use pulp::Arch;
 
-use super::Case;
 use super::bodies::Bodies;
+use super::case::Case;
 use super::estimators::Estimators;
-use crate::arm::Arm;
-use crate::control::{Compensator, Law, Limits, Sample, Stage};
-use crate::math::{Abreast, LANES, Vector};
+use crate::arm::{Arm, ArmsAbreast};
+use crate::control::{Compensator, Law, LawsAbreast, Limits, Sample, Stage};
+use crate::math::{Abreast, LANES, Vector, lane, none_missing};
 use crate::plant::Disturbance;
 use crate::reference::{Reference, Setpoint};
 use crate::sim::closed_loop::time_of;
@@ -70,13 +70,9 @@ where
         if cases.iter().any(|case| case.controller.law.wraps() != wraps) {
             return None;
         }
-        let limit = |of: &dyn Fn(&Case<'a, N, A, D, L, C, R, S>, usize) -> f64| Limits {
-            effort_limit: core::array::from_fn(|n| Abreast::of(cases, |case| of(case, n))),
-            effort_rate_limit: [Abreast::all(f64::INFINITY); N],
-        };
         let limits = [
-            limit(&|case, n| case.controller.limits.effort_limit[n]),
-            limit(&|case, n| case.plant.effort_limit()[n]),
+            effort_limits(cases.map(|case| &case.controller.limits.effort_limit)),
+            effort_limits(cases.map(|case| case.plant.effort_limit())),
         ];
         let zero = Abreast::all(0.0);
         let zeros = Vector::<N, Abreast>::repeat(zero);
@@ -85,8 +81,9 @@ where
             dq: side_by_side(&cases.map(|case| case.dq0.into())),
         };
         let desired = Setpoint { q: zeros, dq: zeros, ddq: zeros };
-        let plants = A::abreast(cases.map(|case| &case.plant.arm))?;
-        let laws = L::abreast(cases.map(|case| &case.controller.law))?;
+        let plants = ArmsAbreast::of(none_missing(cases.map(|case| case.plant.arm.side()))?)?;
+        let laws =
+            LawsAbreast::of(none_missing(cases.map(|case| case.controller.law.computed()))?)?;
         let bodies = Bodies {
             arch,
             one_pose: plants.pose_as(laws.arms()),
@@ -205,10 +202,12 @@ where
     }
 }
 
-/// The vector in a lane.
-#[inline(always)]
-pub(super) fn lane<const N: usize>(x: &Vector<N, Abreast>, lane: usize) -> Vector<N> {
-    Vector::<N>::from_fn(|n, _| x[n].0[lane])
+/// Limits of effort, those of a run a lane.
+fn effort_limits<const N: usize>(each: [&[f64; N]; LANES]) -> Limits<N, Abreast> {
+    Limits {
+        effort_limit: core::array::from_fn(|n| Abreast::of(each, |limit| limit[n])),
+        effort_rate_limit: [Abreast::all(f64::INFINITY); N],
+    }
 }
 
 /// Vectors, a lane each.

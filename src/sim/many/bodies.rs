@@ -2,7 +2,7 @@
 //! to be known than the number of joints.
 //!
 //! Each part of a step is compiled for the instruction set at hand, once for all loops. Nothing in
-//! it is a closure over lanes, or `map` of an array: these would not be compiled for it.
+//! it is a closure over numbers, or `map` of an array: these would not be compiled for it.
 
 use pulp::{Arch, Simd, WithSimd};
 
@@ -58,8 +58,8 @@ impl<const N: usize> Bodies<N> {
         self.arch.dispatch(Act { bodies: self, i, rho_hat, tau_d });
     }
 
-    /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it says,
-    /// if it `counts`.
+    /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
+    /// says, if it `counts`.
     pub fn note(&mut self, t: f64, counts: bool) {
         let row = if counts { self.figures.row(t) } else { None };
         self.arch.dispatch(Note { bodies: self, row });

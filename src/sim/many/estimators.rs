@@ -2,10 +2,9 @@
 
 use pulp::Arch;
 
-use super::Case;
-use super::abreast::lane;
+use super::case::Case;
 use crate::control::{Applied, Compensator, EstimatorsAbreast, Law, Sample, Stage};
-use crate::math::{Abreast, LANES, Vector};
+use crate::math::{Abreast, LANES, Vector, lane, none_missing};
 use crate::reference::Setpoint;
 
 /// The compensators of eight runs with their states.
@@ -22,9 +21,10 @@ impl<'a, const N: usize, C: Compensator<N, S>, S: Clone> Estimators<'a, N, C, S>
             let mut state = case.state.clone();
             (&case.controller.compensator, case.controller.settle(&mut state).clone())
         });
-        let all = C::abreast(each.each_ref().map(|(compensator, state)| (*compensator, state)));
+        let learns = each.each_ref().map(|(compensator, state)| compensator.learns(state));
+        let abreast = none_missing(learns).and_then(EstimatorsAbreast::of);
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
-        all.map_or(Self::Each(each, zeros), Self::Abreast)
+        abreast.map_or(Self::Each(each, zeros), Self::Abreast)
     }
 }
 

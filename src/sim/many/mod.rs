@@ -5,6 +5,7 @@
 
 mod abreast;
 mod bodies;
+mod case;
 mod estimators;
 
 use core::ops::ControlFlow;
@@ -16,39 +17,20 @@ use std::time::Duration;
 use pulp::Arch;
 
 use self::abreast::{Course, Loops};
+pub use self::case::Case;
 use super::metrics::Window;
 use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
 use crate::arm::Arm;
-use crate::control::{Compensator, Controller, Front, Law, State};
-use crate::effects::Effects;
+use crate::control::{Compensator, Front, Law};
 use crate::error::Result;
 use crate::math::LANES;
-use crate::plant::{Disturbance, Plant};
+use crate::plant::Disturbance;
 use crate::reference::Reference;
 
 /// `watch` is called this often.
 const WATCH_EVERY: Duration = Duration::from_millis(20);
-
-/// What is other from one of many runs to the next.
-#[derive(Debug)]
-pub struct Case<'a, const N: usize, A, D, L, C, R, S> {
-    /// What is really there.
-    pub plant: &'a Plant<N, A, D>,
-    /// The controller.
-    pub controller: &'a Controller<N, L, C>,
-    /// The controller's state at the start of the run.
-    pub state: &'a State<N, S>,
-    /// The motion that is wanted.
-    pub reference: &'a R,
-    /// Initial position \[rad\].
-    pub q0: [f64; N],
-    /// Initial velocity [rad/s].
-    pub dq0: [f64; N],
-    /// What stands between controller and arm.
-    pub effects: Effects<N>,
-}
 
 /// Simulates every case with these options, but for its own start and effects; on so many threads.
 ///
@@ -205,9 +187,14 @@ where
 mod tests {
     use super::*;
     use crate::arm::{TwoLink, TwoLinkParameters};
-    use crate::fuzzy::Form;
-    use crate::paper::{self, Reading};
-    use crate::sim::{Record, Window};
+    use crate::control::{
+        ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, State,
+    };
+    use crate::effects::Effects;
+    use crate::fuzzy::{Axis, Form, FuzzyBasis};
+    use crate::math::Vector;
+    use crate::plant::Plant;
+    use crate::reference::Setpoint;
 
     /// Every instruction set that this processor has: registers of 1, 4 and 8 numbers.
     fn instruction_sets() -> Vec<Arch> {
@@ -220,20 +207,29 @@ mod tests {
         all
     }
 
+    fn arm(mass: f64) -> TwoLink {
+        let gravity = 9.81;
+        let (length, inertia) = ([0.5; 2], [0.3; 2]);
+        let numbers =
+            TwoLinkParameters { mass: [mass; 2], length, inertia, gravity, ..Default::default() };
+        TwoLink::new(numbers).unwrap()
+    }
+
     /// The runs really go side by side, and all but the one that diverges have the bits of one at a
     /// time.
     #[test]
     fn ordinary_runs_go_side_by_side_on_every_instruction_set() {
-        let reading = Reading { form: Form::PerJoint { joints: 2 }, normalized: true, gain: 300.0 };
-        let controller = &paper::controller(reading).unwrap();
+        let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+        let axis = Axis { centers: &[-1.0, -0.5, 0.0, 0.5, 1.0], widths: &[0.6] };
+        let basis = FuzzyBasis::new(Form::PerJoint { joints: 2 }, true, &[axis; 4]).unwrap();
+        let learns = FuzzyCompensator::new(basis, &gains, FuzzyParameters::default()).unwrap();
+        let controller = &Controller::new(ComputedTorque::new(arm(4.0), gains), learns);
         let state = &State::new(controller.compensator.state());
-        let reference = &paper::reference().unwrap();
+        let reference = &|t: f64| Setpoint::at_rest(Vector::<2>::new(0.3 * t, -0.2));
         let plants: [_; LANES] = core::array::from_fn(|i| {
-            let mass = [6.0 + i as f64; 2];
-            let numbers = TwoLinkParameters { mass, gravity: 9.81, ..Default::default() };
             let factor = if i == 3 { 1e9 } else { 1.0 };
-            let push = move |q: &crate::math::Vector<2>, _: &_, _: f64| q * factor;
-            Plant::new(TwoLink::new(numbers).unwrap(), push)
+            let push = move |q: &Vector<2>, _: &Vector<2>, _: f64| q * factor;
+            Plant::new(arm(5.0 + i as f64), push)
         });
         let cases = plants.each_ref().map(|plant| {
             let (q0, dq0, effects) = ([0.4, -0.3], [0.0; 2], Effects::default());
