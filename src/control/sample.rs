@@ -1,6 +1,8 @@
 //! What a controller sees at one instant: the measurement, the set-point, and `e = q − q_d`, around
 //! the circle where a joint turns without an end.
 
+#[cfg(feature = "std")]
+use crate::math::{Abreast, lane};
 use crate::math::{Real, Vector};
 use crate::reference::Setpoint;
 
@@ -47,6 +49,17 @@ impl<const N: usize, T: Real> Sample<N, T> {
             e = around_where(wraps, &e);
         }
         Self { q, dq, desired, e, de }
+    }
+}
+
+#[cfg(feature = "std")]
+impl<const N: usize> Sample<N, Abreast> {
+    /// What the controller in a lane sees.
+    pub(crate) fn lane(&self, i: usize) -> Sample<N> {
+        let Self { q, dq, desired, e, de } = self;
+        let Setpoint { q: q_d, dq: dq_d, ddq: ddq_d } = desired;
+        let desired = Setpoint { q: lane(q_d, i), dq: lane(dq_d, i), ddq: lane(ddq_d, i) };
+        Sample { q: lane(q, i), dq: lane(dq, i), desired, e: lane(e, i), de: lane(de, i) }
     }
 }
 

@@ -27,6 +27,17 @@ pub(crate) fn lane<const N: usize>(x: &Vector<N, Abreast>, lane: usize) -> Vecto
     Vector::<N>::from_fn(|n, _| x[n].0[lane])
 }
 
+/// Vectors, a lane each.
+pub(crate) fn side_by_side<const N: usize>(each: &[Vector<N>; LANES]) -> Vector<N, Abreast> {
+    let mut all = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
+    for (i, one) in each.iter().enumerate() {
+        for n in 0..N {
+            all[n].0[i] = one[n];
+        }
+    }
+    all
+}
+
 /// All eight, if none is missing.
 pub(crate) fn none_missing<T: Copy>(each: [Option<T>; LANES]) -> Option<[T; LANES]> {
     let mut all = [each[0]?; LANES];

@@ -13,7 +13,7 @@ mod register;
 mod sines;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::{Abreast, lane, none_missing};
+pub(crate) use abreast::{Abreast, lane, none_missing, side_by_side};
 pub(crate) use exponential::exponential;
 pub use real::Real;
 pub(crate) use real::product;

@@ -1,40 +1,39 @@
-//! The arms of eight runs and the laws that drive them, side by side: what of a step needs no more
-//! to be known than the number of joints.
+//! The arms of eight runs and the laws that drive them, side by side: what of a step needs no
+//! more to be known than the number of joints.
 //!
 //! Each part of a step is compiled for the instruction set at hand, once for all loops. Nothing in
 //! it is a closure over numbers, or `map` of an array: these would not be compiled for it.
 
 use pulp::{Arch, Simd, WithSimd};
 
-use crate::arm::ArmsAbreast;
-use crate::control::{LawsAbreast, Limits, Sample};
-use crate::math::{Abreast, Load, Real, Register, Vector, store};
+use super::case::Case;
+use crate::arm::{Arm, ArmsAbreast, Poses};
+use crate::control::{Law, LawsAbreast, Limits, Sample};
+use crate::math::{
+    Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
+};
+use crate::plant::Disturbance;
 use crate::reference::Setpoint;
 use crate::sim::integrators::{Motion, RK4};
-use crate::sim::metrics::{Figures, Row, Sums};
+use crate::sim::metrics::{Figures, Metrics, Row, Sums, Window};
 use crate::sim::recorder::DIVERGED;
 use crate::sim::resolution::Smooth;
 use crate::sim::stiff::Moved;
 
-/// The arms and laws of eight runs, and where they are in a step.
+/// The arms of eight runs, and where they are in a step.
 pub(super) struct Bodies<const N: usize> {
     /// The instruction set.
     pub arch: Arch,
     pub plants: ArmsAbreast<N>,
-    pub laws: LawsAbreast<N>,
-    /// Whether the laws' arms have the frames of the plants at every q.
-    pub one_pose: bool,
-    /// Limits of the controllers, and of the plants.
-    pub limits: [Limits<N, Abreast>; 2],
     pub wraps: [bool; N],
     /// The start of the step, and the rates at its stages.
     pub start: Motion<N, Abreast>,
     pub rates: [Motion<N, Abreast>; 4],
-    /// The latest stage: what the controllers see there, ask for, and what acts.
+    /// The latest stage: what the controllers see there, and what acts; v and ρ̂.
     pub seen: Sample<N, Abreast>,
-    pub asked: Vector<N, Abreast>,
     pub applied: Vector<N, Abreast>,
-    pub rho: Vector<N, Abreast>,
+    pub v: Vector<N, Abreast>,
+    pub rho_hat: Vector<N, Abreast>,
     pub figures: Figures<N, Abreast>,
     pub smooth: Smooth<N, Abreast>,
     /// Zero as long as all numbers of the run in a lane are finite, and the farthest that it went.
@@ -42,7 +41,65 @@ pub(super) struct Bodies<const N: usize> {
     pub farthest: Abreast,
 }
 
+/// The laws that drive them in continuous time.
+pub(super) struct Drivers<const N: usize> {
+    pub laws: LawsAbreast<N>,
+    /// Whether the laws' arms have the frames of the plants at every q.
+    pub one_pose: bool,
+    /// Limits of the controllers, and of the plants.
+    pub limits: [Limits<N, Abreast>; 2],
+    /// What the laws asked for at the latest stage.
+    pub asked: Vector<N, Abreast>,
+}
+
 impl<const N: usize> Bodies<N> {
+    /// Those of these runs at their start; `None` where they cannot go side by side.
+    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C, R, S>(
+        cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+        window: Window,
+        arch: Arch,
+    ) -> Option<Self> {
+        let wraps = cases[0].controller.law.wraps();
+        if cases.iter().any(|case| case.controller.law.wraps() != wraps) {
+            return None;
+        }
+        let zero = Abreast::all(0.0);
+        let zeros = Vector::<N, Abreast>::repeat(zero);
+        let start = Motion {
+            q: side_by_side(&cases.map(|case| case.q0.into())),
+            dq: side_by_side(&cases.map(|case| case.dq0.into())),
+        };
+        let desired = Setpoint { q: zeros, dq: zeros, ddq: zeros };
+        Some(Self {
+            arch,
+            plants: ArmsAbreast::of(none_missing(cases.map(|case| case.plant.arm.side()))?)?,
+            wraps,
+            start,
+            rates: [start; 4],
+            seen: Sample { q: zeros, dq: zeros, desired, e: zeros, de: zeros },
+            applied: zeros,
+            v: zeros,
+            rho_hat: zeros,
+            figures: Figures::over(window, zero),
+            smooth: Smooth::new(zero),
+            lost: zero,
+            farthest: zero,
+        })
+    }
+
+    /// The metrics of the runs in which all was ordinary.
+    pub fn metrics(&self) -> [Option<[Metrics; N]>; LANES] {
+        core::array::from_fn(|lane| {
+            let ordinary = self.is_ordinary(lane) && self.smooth.is_resolved(lane);
+            self.figures.finish(|x| x.0[lane]).filter(|_| ordinary)
+        })
+    }
+
+    /// Whether there is a lane in which all has been ordinary.
+    pub fn goes_on(&self) -> bool {
+        (0..LANES).any(|lane| self.is_ordinary(lane))
+    }
+
     /// Whether all has been ordinary in a lane.
     pub fn is_ordinary(&self, lane: usize) -> bool {
         self.lost.0[lane] == 0.0 && self.farthest.0[lane] <= DIVERGED
@@ -53,9 +110,21 @@ impl<const N: usize> Bodies<N> {
         self.arch.dispatch(Go { bodies: self, i, h, desired });
     }
 
-    /// Moves stage i by the laws, with estimates `rho_hat` and under disturbances `tau_d`.
-    pub fn act(&mut self, i: usize, rho_hat: &Vector<N, Abreast>, tau_d: &Vector<N, Abreast>) {
-        self.arch.dispatch(Act { bodies: self, i, rho_hat, tau_d });
+    /// Moves stage i by the laws of `drivers`, with estimates `rho_hat` and under disturbances
+    /// `tau_d`.
+    pub fn act(
+        &mut self,
+        drivers: &mut Drivers<N>,
+        i: usize,
+        rho_hat: &Vector<N, Abreast>,
+        tau_d: &Vector<N, Abreast>,
+    ) {
+        self.arch.dispatch(Act { bodies: self, drivers, i, rho_hat, tau_d });
+    }
+
+    /// Moves stage i by what is applied, under disturbances `tau_d`.
+    pub fn fly(&mut self, i: usize, tau_d: &Vector<N, Abreast>) {
+        self.arch.dispatch(Fly { bodies: self, i, tau_d });
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
@@ -102,6 +171,7 @@ impl<const N: usize> WithSimd for Go<'_, N> {
 
 struct Act<'a, const N: usize> {
     bodies: &'a mut Bodies<N>,
+    drivers: &'a mut Drivers<N>,
     i: usize,
     rho_hat: &'a Vector<N, Abreast>,
     tau_d: &'a Vector<N, Abreast>,
@@ -112,38 +182,73 @@ impl<const N: usize> WithSimd for Act<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, i, rho_hat, tau_d } = self;
+        let Self { bodies, drivers, i, rho_hat, tau_d } = self;
         for part in 0..Register::<S>::PARTS {
             let (seen, rho_hat) = (bodies.seen.load(simd, part), rho_hat.load(simd, part));
             let (at, Sample { q, dq, .. }) = ((simd, part), &seen);
             let poses = bodies.plants.poses(at, q);
-            let demand = if bodies.one_pose {
-                bodies.laws.torque(at, &poses, &seen, &rho_hat)
+            let demand = if drivers.one_pose {
+                drivers.laws.torque(at, &poses, &seen, &rho_hat)
             } else {
-                let believed = bodies.laws.arms().poses(at, q);
-                bodies.laws.torque(at, &believed, &seen, &rho_hat)
+                let believed = drivers.laws.arms().poses(at, q);
+                drivers.laws.torque(at, &believed, &seen, &rho_hat)
             };
-            let (mut asked, mut rho) = (demand.model, rho_hat);
+            let mut asked = demand.model;
             for n in 0..N {
                 asked[n] += demand.compensation[n];
             }
-            let [controllers, plants] = &bodies.limits;
+            let [controllers, plants] = &drivers.limits;
             let tau = controllers.load(simd, part).clamp(&asked);
             let applied = plants.load(simd, part).clamp(&tau);
-            let (mut net, tau_d) = (applied, tau_d.load(simd, part));
-            for n in 0..N {
-                net[n] -= tau_d[n];
-            }
-            let ddq = bodies.plants.forward_dynamics(at, &poses, dq, &net);
-            for n in 0..N {
-                rho[n] = ddq[n] - demand.v[n] + rho_hat[n];
-            }
-            store(&asked, &mut bodies.asked, part);
+            store(&asked, &mut drivers.asked, part);
             store(&applied, &mut bodies.applied, part);
-            store(&rho, &mut bodies.rho, part);
-            store(&seen.dq, &mut bodies.rates[i].q, part);
-            store(&ddq, &mut bodies.rates[i].dq, part);
+            store(&demand.v, &mut bodies.v, part);
+            store(&rho_hat, &mut bodies.rho_hat, part);
+            bodies.accelerate(at, i, &poses, (dq, &applied), tau_d);
         }
+    }
+}
+
+struct Fly<'a, const N: usize> {
+    bodies: &'a mut Bodies<N>,
+    i: usize,
+    tau_d: &'a Vector<N, Abreast>,
+}
+
+impl<const N: usize> WithSimd for Fly<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { bodies, i, tau_d } = self;
+        for part in 0..Register::<S>::PARTS {
+            let at = (simd, part);
+            let (q, dq) = (bodies.seen.q.load(simd, part), bodies.seen.dq.load(simd, part));
+            let poses = bodies.plants.poses(at, &q);
+            let applied = bodies.applied.load(simd, part);
+            bodies.accelerate(at, i, &poses, (&dq, &applied), tau_d);
+        }
+    }
+}
+
+impl<const N: usize> Bodies<N> {
+    /// The rates at stage i of a part, from q̇ and what is applied.
+    #[inline(always)]
+    fn accelerate<S: Simd>(
+        &mut self,
+        (simd, part): (S, usize),
+        i: usize,
+        poses: &Poses<N, Register<S>>,
+        (dq, applied): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        tau_d: &Vector<N, Abreast>,
+    ) {
+        let (mut net, tau_d) = (*applied, tau_d.load(simd, part));
+        for n in 0..N {
+            net[n] -= tau_d[n];
+        }
+        let ddq = self.plants.forward_dynamics((simd, part), poses, dq, &net);
+        store(dq, &mut self.rates[i].q, part);
+        store(&ddq, &mut self.rates[i].dq, part);
     }
 }
 
@@ -159,13 +264,15 @@ impl<const N: usize> WithSimd for Note<'_, N> {
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { bodies, row } = self;
         for part in 0..Register::<S>::PARTS {
-            let (seen, rho) = (bodies.seen.load(simd, part), bodies.rho.load(simd, part));
+            let (seen, ddq) = (bodies.seen.load(simd, part), bodies.rates[0].dq.load(simd, part));
+            let (v, rho_hat) = (bodies.v.load(simd, part), bodies.rho_hat.load(simd, part));
             let Sample { q, dq, desired, e, .. } = &seen;
             let [mut lost, mut farthest] = [bodies.lost, bodies.farthest].load(simd, part);
             let zero = lost.like(0.0);
             for n in 0..N {
                 lost += (q[n] + dq[n] + desired.q[n]) * zero;
-                lost += (desired.dq[n] + desired.ddq[n] + rho[n]) * zero;
+                let rho = ddq[n] - v[n] + rho_hat[n];
+                lost += (desired.dq[n] + desired.ddq[n] + rho) * zero;
                 farthest = farthest.or_larger(q[n].abs()).or_larger(dq[n].abs());
             }
             lost.store(&mut bodies.lost, part);

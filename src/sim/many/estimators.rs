@@ -5,7 +5,6 @@ use pulp::Arch;
 use super::case::Case;
 use crate::control::{Applied, Compensator, EstimatorsAbreast, Law, Sample, Stage};
 use crate::math::{Abreast, LANES, Vector, lane, none_missing};
-use crate::reference::Setpoint;
 
 /// The compensators of eight runs with their states.
 pub(super) enum Estimators<'a, const N: usize, C, S> {
@@ -42,7 +41,7 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
             Self::Each(each, estimates) => (each, estimates),
         };
         for (i, (compensator, state)) in each.iter_mut().enumerate() {
-            let estimate = compensator.estimate(state, stage, &sample(seen, i));
+            let estimate = compensator.estimate(state, stage, &seen.lane(i));
             for n in 0..N {
                 estimates[n].0[i] = estimate[n];
             }
@@ -64,7 +63,7 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     let acted = Applied::new(lane(asked, i), lane(applied, i));
-                    compensator.acted(state, index, &sample(seen, i), &acted);
+                    compensator.acted(state, index, &seen.lane(i), &acted);
                 }
             }
         }
@@ -83,13 +82,4 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
             }
         }
     }
-}
-
-/// What the controller in a lane sees.
-#[inline(always)]
-fn sample<const N: usize>(seen: &Sample<N, Abreast>, i: usize) -> Sample<N> {
-    let Sample { q, dq, desired, e, de } = seen;
-    let Setpoint { q: q_d, dq: dq_d, ddq: ddq_d } = desired;
-    let desired = Setpoint { q: lane(q_d, i), dq: lane(dq_d, i), ddq: lane(ddq_d, i) };
-    Sample { q: lane(q, i), dq: lane(dq, i), desired, e: lane(e, i), de: lane(de, i) }
 }

@@ -6,7 +6,10 @@
 mod abreast;
 mod bodies;
 mod case;
+mod course;
 mod estimators;
+mod sampled;
+mod surroundings;
 
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -16,14 +19,17 @@ use std::time::Duration;
 
 use pulp::Arch;
 
-use self::abreast::{Course, Loops};
+use self::abreast::Loops;
+use self::bodies::Bodies;
 pub use self::case::Case;
+use self::course::Course;
+use self::sampled::SampledLoops;
 use super::metrics::Window;
 use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
 use crate::arm::Arm;
-use crate::control::{Compensator, Front, Law};
+use crate::control::{Compensator, Controller, Front, Law};
 use crate::error::Result;
 use crate::math::LANES;
 use crate::plant::Disturbance;
@@ -129,18 +135,25 @@ where
     let (Some(cases), Some((course, window))) = (batch.first_chunk(), course(options, stop)) else {
         return nothing;
     };
+    let sampled = options.control_period.is_some();
     let plain = |case: &Case<'_, N, A, D, L, C, R, S>| {
-        !case.plant.changes()
-            && !case.effects.is_on()
-            && case.controller.front == Front::default()
-            && !case.controller.limits.limits_rate()
-            && !case.controller.compensator.sampled_only()
+        let Controller { front, limits, compensator, .. } = case.controller;
+        let as_in_continuous_time =
+            *front == Front::default() && !limits.limits_rate() && !compensator.sampled_only();
+        !case.plant.changes() && !case.effects.is_on() && (sampled || as_in_continuous_time)
     };
     if !cases.iter().all(plain) {
         return nothing;
     }
-    let Some(loops) = Loops::new(cases.each_ref(), window, arch) else { return nothing };
-    loops.run(course).map(|metrics| metrics.and_then(Run::of_metrics))
+    let cases = cases.each_ref();
+    let Some(bodies) = Bodies::new(cases, window, arch) else { return nothing };
+    let metrics = if sampled {
+        SampledLoops::new(cases, bodies, course).run(course)
+    } else {
+        let Some(loops) = Loops::new(cases, bodies) else { return nothing };
+        loops.run(course)
+    };
+    metrics.map(|metrics| metrics.and_then(Run::of_metrics))
 }
 
 /// The course of runs that can go side by side, where options are valid.
@@ -148,11 +161,11 @@ fn course<'a, const N: usize>(
     options: &Options<N>,
     stop: &'a AtomicBool,
 ) -> Option<(Course<'a>, Window)> {
-    let Options { dt: h, record_every: every, method, control_period, record, .. } = *options;
-    let (steps, _) = options.steps().ok()?;
-    match (method, control_period, record) {
-        (Method::Rk4, None, Record::Metrics(window)) => {
-            Some((Course { steps, h, every, stop }, window))
+    let Options { dt: h, record_every: every, .. } = *options;
+    let (steps, hold) = options.steps().ok()?;
+    match (options.method, options.record) {
+        (Method::Rk4, Record::Metrics(window)) => {
+            Some((Course { steps, h, hold, every, stop }, window))
         }
         _ => None,
     }

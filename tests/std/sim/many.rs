@@ -10,8 +10,8 @@ use steadyarm::arm::{
     TwoLinkParameters,
 };
 use steadyarm::control::{
-    Adaptation, Compensator, ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains,
-    Inputs, Law, Limits, NoCompensation, State,
+    Adaptation, Compensator, ComputedTorque, Controller, Front, FuzzyCompensator, FuzzyParameters,
+    Gains, Inputs, Law, Limits, NoCompensation, State,
 };
 use steadyarm::effects::{Effects, Sensors};
 use steadyarm::fuzzy::{Axis, Form, FuzzyBasis};
@@ -121,8 +121,19 @@ where
     C: Compensator<2, S> + Sync,
     S: Clone + Sync,
 {
+    two_links_by(controller, state, &Options { duration: 0.4, record: ALL, ..Options::default() })
+}
+
+fn two_links_by<C, S>(
+    controller: &Controller<2, ComputedTorque<2, TwoLink>, C>,
+    state: &State<2, S>,
+    options: &Options<2>,
+) -> u64
+where
+    C: Compensator<2, S> + Sync,
+    S: Clone + Sync,
+{
     let (reference, disturbance) = (common::reference(), paper::disturbance().unwrap());
-    let options = Options { duration: 0.4, record: ALL, ..Options::default() };
     let mut all = Vec::new();
     for gravity in [0.0, 9.81] {
         let plants: Vec<_> =
@@ -138,7 +149,7 @@ where
             effects,
         };
         let cases: Vec<_> = plants.iter().enumerate().map(case).collect();
-        all.extend(metrics(&check(&cases, &options)));
+        all.extend(metrics(&check(&cases, options)));
     }
     hash(all.into_iter().map(f64::from_bits))
 }
@@ -170,6 +181,25 @@ fn what_a_grid_learnt_before_and_limits_count() {
     let weights: Vec<f64> = (0..50).map(|k| (k % 7) as f64 - 3.0).collect();
     controller.compensator.load_weights(controller.settle(&mut state), &weights).unwrap();
     two_links(&controller, &state);
+}
+
+/// Sampled loops through a hand-over, a filter, limits of rate, a delay that the controller believes
+/// in, and rows that do not all count.
+#[test]
+fn sampled_loops_have_the_bits_of_one_at_a_time() {
+    let form = Form::PerJoint { joints: 2 };
+    let controller = common::modified(form, false, Inputs::trajectory(), common::everything(70.0));
+    let limits = Limits { effort_limit: [12.0; 2], effort_rate_limit: [800.0; 2] };
+    let rates = Some(20.0);
+    let front = Front { hand_over: rates, velocity_filter: rates, bumpless: rates, delay: 1 };
+    let controller = controller.with_limits(limits).unwrap().with_front(front).unwrap();
+    let state = State::new(controller.compensator.state());
+    for (control_period, record_every) in [(1e-3, 1), (3e-3, 7)] {
+        let control_period = Some(control_period);
+        let base = Options { duration: 0.3, record: ALL, ..Options::default() };
+        two_links_by(&controller, &state, &Options { control_period, record_every, ..base });
+        two_links_by(&common::plain(), &State::new(()), &Options { control_period, ..base });
+    }
 }
 
 /// Raw sets, other inputs, a dead zone: side by side or not, the bits are the same.
@@ -290,7 +320,7 @@ fn chains_learn_with_their_golden_bits() {
     assert!(found == CHAIN, "CHAIN: {found:#018x}");
 }
 
-/// What does not go side by side goes alone: friction, sampled loops, sensors, error control.
+/// What does not go side by side goes alone: friction, sensors, error control.
 #[test]
 fn what_goes_alone_has_the_bits_of_one_at_a_time() {
     let sensors = Sensors { noise: [1e-4; 5], ..Sensors::default() };
@@ -298,7 +328,8 @@ fn what_goes_alone_has_the_bits_of_one_at_a_time() {
     let base = Options { duration: 0.1, record: ALL, ..Options::default() };
     let sampled = Options { control_period: Some(2e-3), ..base };
     let by_error = Options { method: Method::Dp54(Tolerance::default()), ..base };
-    for options in [sampled, Options { effects, ..sampled }, by_error] {
+    chains(NoCompensation, (), 0.0, &sampled);
+    for options in [Options { effects, ..sampled }, by_error] {
         chains(NoCompensation, (), 0.0, &options);
     }
     chains(NoCompensation, (), 3.0, &base);
