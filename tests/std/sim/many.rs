@@ -183,8 +183,8 @@ fn what_a_grid_learnt_before_and_limits_count() {
     two_links(&controller, &state);
 }
 
-/// Sampled loops through a hand-over, a filter, limits of rate, a delay that the controller believes
-/// in, and rows that do not all count.
+/// Sampled loops through a hand-over, a filter, limits of rate, a delay that the controller
+/// believes in, and rows that do not all count.
 #[test]
 fn sampled_loops_have_the_bits_of_one_at_a_time() {
     let form = Form::PerJoint { joints: 2 };
