@@ -6,3 +6,6 @@ mod common;
 #[cfg(test)]
 #[path = "../std/determinism.rs"]
 mod determinism;
+#[cfg(test)]
+#[path = "../std/sim/many.rs"]
+mod many;
