@@ -7,6 +7,8 @@ however a sweep ends, what is there is right, and what is missing can be told.
 from __future__ import annotations
 
 import json
+import re
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -30,6 +32,14 @@ UNIT = "unit"
 
 ROWS = "rows-*.parquet"
 
+LEFT = re.compile(r"\.[0-9a-f]{32}\.parquet")
+"""What a client that was killed leaves of a file."""
+
+_HERE: set[Path] = set()
+"""Folders that this process writes to: its locks do not stop its own threads."""
+
+_HERE_LOCK = threading.Lock()
+
 WHAT = "a sweep"
 
 Flags = NDArray[np.bool_]
@@ -48,7 +58,11 @@ class Folder:
 
         Raises ValueError where another sweep is in it, and RuntimeError where one writes now.
         """
+        if not isinstance(path, str | Path) or not str(path):
+            raise TypeError(f"out: got {path!r:.80}, wants the path of a folder")
         folder = cls(Path(path))
+        if folder.path.exists() and not folder.path.is_dir():
+            raise FileExistsError(f"out: {path} is a file, wants a folder")
         folder.path.mkdir(parents=True, exist_ok=True)
         with _locked(folder.path / LOCK):
             plan = folder.path / PLAN
@@ -58,8 +72,9 @@ class Folder:
                 raise ValueError(f"out: {path} has rows without a {PLAN}, wants another folder")
             else:
                 _files.text(plan, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
-            for left in folder.path.glob(".*.parquet"):  # by a client that was killed
-                left.unlink(missing_ok=True)
+            for left in folder.path.glob(".*.parquet"):
+                if LEFT.fullmatch(left.name):
+                    left.unlink(missing_ok=True)
             yield folder
 
     def done(self, plan: Plan) -> Flags:
@@ -187,6 +202,25 @@ def _locked(path: Path) -> Iterator[None]:
 
     Not where a system has no such locks (Windows), or a disk.
     """
+    whole = path.resolve()
+    taken = RuntimeError(
+        f"out: another sweep writes to {path.parent} now; wait for it, or take another folder"
+    )
+    with _HERE_LOCK:
+        if whole in _HERE:
+            raise taken
+        _HERE.add(whole)
+    try:
+        with _locked_for_others(path, taken):
+            yield
+    finally:
+        with _HERE_LOCK:
+            _HERE.remove(whole)
+
+
+@contextmanager
+def _locked_for_others(path: Path, taken: RuntimeError) -> Iterator[None]:
+    """The same against other processes."""
     with path.open("a") as file:
         with suppress(ImportError):
             import fcntl
@@ -194,10 +228,7 @@ def _locked(path: Path) -> Iterator[None]:
             try:
                 fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise RuntimeError(
-                    f"out: another sweep writes to {path.parent} now; wait for it, or take another "
-                    "folder"
-                ) from None
+                raise taken from None
             except OSError:
                 pass
         yield

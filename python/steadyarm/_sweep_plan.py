@@ -94,7 +94,7 @@ class Input:
         """The values in words, with a digest of all of them where they are many."""
         count, listed = len(self.values), self.values.tolist()
         if count <= SHOWN:
-            return ", ".join(map(str, listed))
+            return ", ".join(map(repr, listed))
         text = self.values.dtype.kind == "U"
         content = "\0".join(listed).encode() if text else self.values.tobytes()
         digest = hashlib.sha256(content).hexdigest()[:16]
@@ -120,6 +120,8 @@ class Plan:
     def points(self, rows: NDArray[np.int64]) -> list[dict[str, Any]]:
         """The same, row by row."""
         columns = {name: values.tolist() for name, values in self.columns(rows).items()}
+        if not columns:
+            return [{} for _ in rows]
         return [
             dict(zip(columns, values, strict=True))
             for values in zip(*columns.values(), strict=True)
@@ -198,8 +200,20 @@ def _values(name: str, given: Any) -> Values:
     if kind == "f" and np.isnan(array).any():
         raise ValueError(f"{where}: got NaN, wants numbers")
     if kind == "U":
+        for word in array.tolist():
+            if not is_text(word):
+                raise ValueError(f"{where}: got {word!r:.80}, wants words that UTF-8 has")
         return array
     return array.astype(_whole(int(array.max())) if kind in "iu" else KINDS[kind])
+
+
+def is_text(word: str) -> bool:
+    """Whether a file can have these words."""
+    try:
+        word.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def _whole(largest: int) -> type[np.int64] | type[np.uint64]:

@@ -17,7 +17,7 @@ import numpy as np
 from ._figures import FIGURES
 from ._joints import in_length, lengths
 from ._scene import VERSION
-from ._sweep_plan import TAKEN
+from ._sweep_plan import TAKEN, is_text
 from .compare_runner import _words
 from .many import simulate_many
 from .metrics import NAMES, UNITS
@@ -98,6 +98,7 @@ def _begin(source: Source, point: Row, row: Row, together: Together) -> None:
     try:
         made = source.made(point)
         if isinstance(made, Mapping) and all(name in made for name in PARTS):
+            _check_names(point)
             together.setdefault(_shared(made), []).append((row, made))
         else:
             row |= _figures(made, point)
@@ -127,6 +128,14 @@ def _noticed() -> Iterator[list[int]]:
         signal.signal(signal.SIGINT, usual)
 
 
+def _check_names(point: Row) -> None:
+    """Refuse inputs with the names of figures: one of both would be lost."""
+    for name in point:
+        figure, _, joint = name.rpartition("_")
+        if name in OVERALL or (figure in NAMES and joint.isdigit()):
+            raise ValueError(f"over: got the name {name!r}, which a figure of the runs has")
+
+
 def ended(status: str, reason: str = "") -> Row:
     """How a row without figures ended."""
     return {"status": status, "reason": reason}
@@ -138,7 +147,8 @@ def _shared(made: Mapping[str, Any]) -> str:
     for name in made:
         if name not in known:
             raise ValueError(f"{name}: is no argument of a sweep's run, wants {', '.join(known)}")
-    shared = {name: made[name] for name in SHARED if name in made}
+    # As lists, whose numbers are written with all digits.
+    shared = {name: np.asarray(made[name]).tolist() for name in SHARED if name in made}
     return repr((shared, getattr(getattr(made["plant"], "arm", None), "joints", None)))
 
 
@@ -207,6 +217,8 @@ def _figures(made: Any, point: Row) -> Row:
         if not isinstance(name, str) or name in point or (name in TAKEN and not own):
             raise ValueError(f"the function returned {name!r:.80}, which is no name of a figure")
         if isinstance(value, str):
+            if not is_text(value) or (name == "status" and value == "interrupted"):
+                raise ValueError(f"the function returned {name} = {value!r:.80}, wants other words")
             row[name] = str(value)
         elif own or np.ndim(value) or np.asarray(value).dtype.kind not in "fiub":
             wants = "words" if own else "a number or words"

@@ -169,7 +169,10 @@ def _notes(
             rows = np.unique(np.linspace(0, len(run.t) - 1, NOTED_ROWS).astype(int))
             path = _core.Table(run.t[rows], run.q_d[rows], run.dq_d[rows], run.ddq_d[rows])
             duration = float(run.t[-1])
-    notes = _core.choices(tracker, plant, path, duration, q0)
+    try:
+        notes = _core.choices(tracker, plant, path, duration, q0)
+    except ValueError as error:  # of what no design was made for; the run is there all the same
+        notes = [f"the design could not be judged: {error}"]
     if run.guard is not None and run.guard.stopped is not None:
         notes.append(f"guard: it stopped ({run.guard.stopped}), and braked the arm from there on")
     return tuple(notes)

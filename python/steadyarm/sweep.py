@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -138,7 +140,7 @@ class Sweep:
     def _again(self, index: int, inputs: Mapping[str, Any]) -> str:
         """What computes a row again."""
         if self._said["repeat"] is not None:
-            return f"steadyarm sweep {self.path} --only {index}"
+            return f"steadyarm sweep {shlex.quote(str(self.path))} --only {index}"
         given = dict(inputs)
         function = self._said["source"].get("function")
         if function is not None:
@@ -293,7 +295,7 @@ def swept(
     from ._sweep_loop import Loop
     from ._sweep_pools import workers_of  # what has processes takes a while to import
 
-    if not 0.0 < chunk_seconds < float("inf"):
+    if not isinstance(chunk_seconds, Real) or not 0.0 < chunk_seconds < float("inf"):
         raise ValueError(f"chunk_seconds: got {chunk_seconds!r:.80}, wants a number > 0 [s]")
     source.check(plan.points(np.array([0, plan.rows - 1])))
     start = workers_of(executor, source)

@@ -7,6 +7,7 @@ import signal
 import time
 from typing import Any
 
+import numpy as np
 import steadyarm as sa
 
 ARM = sa.TwoLink(4.0, 0.5, 0.2)
@@ -63,3 +64,30 @@ def of_two(left: float, right: str) -> dict[str, float]:
     if left > 3 and right == "b":
         raise ValueError("too far")
     return {"error": 10.0**left}
+
+
+def named(word: Any) -> dict[str, Any]:
+    """A figure, whatever the input."""
+    return {"y": 1.0}
+
+
+def constant() -> dict[str, Any]:
+    """The same without inputs."""
+    return {"y": 1.0}
+
+
+def said(place: int) -> dict[str, Any]:
+    """Words of its own for the status, two of which no row can have."""
+    return {"status": ("\ud800", "interrupted", "well")[place]}
+
+
+def windowed(begin: float) -> dict[str, Any]:
+    """A run whose figures begin so late."""
+    tracker = sa.ComputedTorque(ARM, kp=8.0, kv=5.5)
+    made = {"plant": sa.Plant(ARM), "tracker": tracker, "reference": PATH, "duration": 0.1}
+    return made | {"q0": (0.1, 0.0), "window": np.array([begin, 0.1])}
+
+
+def misnamed(rms_e_1: float) -> dict[str, Any]:
+    """A run that has a figure of the name of its input."""
+    return windowed(0.0)

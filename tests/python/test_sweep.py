@@ -136,7 +136,7 @@ def test_a_second_call_computes_what_is_missing_and_nothing_else(tmp_path: Path)
     first = sa.sweep(counted, over, out=tmp_path, chunk_seconds=1e-9)
     assert len(first) and first.missing == 20 - len(first)
     assert "call again" in str(first)
-    (tmp_path / ".0123456789abcdef.parquet").write_bytes(b"half of a file")
+    (tmp_path / f".{'0123456789abcdef' * 2}.parquet").write_bytes(b"half of a file")
     there, before = set(first.table()["a"].tolist()), len(calls)
     second = sa.sweep(counted, over, out=tmp_path)
     assert sorted(calls[before:]) == sorted(set(range(20)) - there)
@@ -180,6 +180,47 @@ def test_rows_of_another_version_are_not_mixed_into_a_folder(tmp_path: Path) -> 
     (tmp_path / _sweep_folder.PLAN).write_text(json.dumps(plan | {"steadyarm": "0.0.1"}))
     with pytest.raises(ValueError, match=r"steadyarm: there 0\.0\.1, here"):
         sa.sweep(jobs.product, {"a": range(3), "b": [1.0]}, out=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"), [(["a, b", "c"], ["a", "b, c"]), ([1, 2], ["1", "2"]), ([True], ["True"])]
+)
+def test_plans_that_print_alike_are_told_apart(one: Any, other: Any, tmp_path: Path) -> None:
+    sa.sweep(jobs.named, {"word": one}, out=tmp_path / "a")
+    with pytest.raises(ValueError, match="has another sweep; over"):
+        sa.sweep(jobs.named, {"word": other}, out=tmp_path / "a")
+
+
+def test_files_that_are_not_of_the_sweep_stay(tmp_path: Path) -> None:
+    mine = tmp_path / ".mine.parquet"
+    mine.write_text("mine")
+    sa.sweep(jobs.named, {"word": ["a"]}, out=tmp_path)
+    assert mine.read_text() == "mine"
+
+
+def test_inputs_with_the_names_of_figures_are_refused_row_by_row(tmp_path: Path) -> None:
+    table = sa.sweep(jobs.misnamed, {"rms_e_1": [1.0, 2.0]}, out=tmp_path).table()
+    assert table["rms_e_1"].tolist() == [1.0, 2.0]
+    assert set(table["status"]) == {"raised"}
+    assert "which a figure of the runs has" in table["reason"][0]
+
+
+def test_runs_share_a_call_only_where_their_options_are_the_same_to_the_bit(tmp_path: Path) -> None:
+    begins = [0.05, np.nextafter(0.05, 1.0)]
+    together = sa.sweep(jobs.windowed, {"begin": begins}, out=tmp_path / "a").table()
+    for place, begin in enumerate(begins):
+        alone = sa.sweep(jobs.windowed, {"begin": [begin]}, out=tmp_path / f"{place}").table()
+        assert together["rms_e_1"][place] == alone["rms_e_1"][0]
+    assert together["rms_e_1"][0] != together["rms_e_1"][1]
+
+
+def test_a_plan_without_inputs_has_one_row(tmp_path: Path) -> None:
+    assert sa.sweep(jobs.constant, {}, out=tmp_path).table()["y"].tolist() == [1.0]
+
+
+def test_words_that_no_row_can_have_lose_their_row_alone(tmp_path: Path) -> None:
+    table = sa.sweep(jobs.said, {"place": [0, 1, 2]}, out=tmp_path).table()
+    assert table["status"].tolist() == ["raised", "raised", "well"]
 
 
 def test_figures_that_make_no_sense_lose_their_row(tmp_path: Path) -> None:
@@ -331,6 +372,15 @@ def test_a_row_of_a_scenario_is_computed_again_from_the_folder_alone(
     assert worst.again == f"steadyarm sweep {tmp_path / 'out'} --only {worst.index}"
     row, alike = found.repeated(worst.index)
     assert alike and row["rms_e"] == worst.value and row["payload"] == worst.inputs["payload"]
+
+
+def test_one_thread_writes_to_a_folder_at_a_time(tmp_path: Path) -> None:
+    with (
+        _sweep_folder.Folder.opened(tmp_path, {}),
+        ThreadPoolExecutor() as pool,
+        pytest.raises(RuntimeError, match="another sweep writes"),
+    ):
+        pool.submit(sa.sweep, jobs.named, {"word": ["a"]}, out=tmp_path).result()
 
 
 def test_one_call_writes_to_a_folder_at_a_time(tmp_path: Path) -> None:

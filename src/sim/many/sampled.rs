@@ -22,7 +22,8 @@ use crate::sim::sampled::Sampled;
 pub(super) struct SampledLoops<'a, const N: usize, A, D, L, C, R, S> {
     around: Surroundings<'a, N, A, D, L, C, R, S>,
     bodies: Box<Bodies<N>>,
-    each: [(Sampled<'a, N, A, D, L, C, R>, State<N, S>); LANES],
+    each: [Sampled<'a, N, A, D, L, C, R>; LANES],
+    states: [State<N, S>; LANES],
 }
 
 impl<'a, const N: usize, A, D, L, C, R, S> SampledLoops<'a, N, A, D, L, C, R, S>
@@ -40,12 +41,16 @@ where
         bodies: Bodies<N>,
         Course { hold, h, .. }: Course<'_>,
     ) -> Self {
-        let each = cases.map(|&Case { plant, controller, state, reference, .. }| {
-            let sampled =
-                Sampled { plant, controller, reference, hold, dt: h, method: Method::Rk4 };
-            (sampled, state.clone())
+        let each = cases.map(|&Case { plant, controller, reference, .. }| Sampled {
+            plant,
+            controller,
+            reference,
+            hold,
+            dt: h,
+            method: Method::Rk4,
         });
-        Self { around: Surroundings::new(cases), bodies: Box::new(bodies), each }
+        let states = cases.map(|case| case.state.clone());
+        Self { around: Surroundings::new(cases), bodies: Box::new(bodies), each, states }
     }
 
     /// Makes the runs: the metrics of those in which all was ordinary.
@@ -86,7 +91,7 @@ where
     /// before, if that has `begun`. One that refuses is lost.
     fn decide(&mut self, begun: bool, period: f64) {
         let Bodies { seen, applied, v, rho_hat, lost, .. } = &mut *self.bodies;
-        for (i, (sampled, state)) in self.each.iter_mut().enumerate() {
+        for (i, (sampled, state)) in self.each.iter().zip(&mut self.states).enumerate() {
             if lost.0[i] != 0.0 {
                 continue;
             }
@@ -108,7 +113,7 @@ where
     /// Ends the last period; one that cannot end is lost.
     fn end(&mut self) {
         let Bodies { applied, lost, .. } = &mut *self.bodies;
-        for (i, (sampled, state)) in self.each.iter_mut().enumerate() {
+        for (i, (sampled, state)) in self.each.iter().zip(&mut self.states).enumerate() {
             if sampled.controller.end_period(state, Some(&lane(applied, i))).is_err() {
                 lost.0[i] = f64::NAN;
             }
