@@ -66,7 +66,8 @@ def _several(name: str, value: Any) -> list[Any] | None:
 def _one_a_run(name: str, value: Any) -> list[Any] | None:
     if value is None:
         return None
-    if isinstance(value, str | bytes | Mapping) or not isinstance(value, Sequence | np.ndarray):
+    listed = isinstance(value, Sequence | np.ndarray) and not isinstance(value, str | bytes)
+    if not listed or getattr(value, "ndim", 1) == 0:
         raise TypeError(f"{name}: got {value!r:.80}, wants a list with one a run")
     return list(value)
 

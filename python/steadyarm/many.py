@@ -106,6 +106,8 @@ class Runs:
         return Metrics(**figures, joint_names=names, units=moves)
 
     def _place(self, run: int) -> int:
+        if not hasattr(run, "__index__"):
+            raise TypeError(f"run: got {run!r:.80}, wants a whole number")
         place = index(run)
         if not -len(self) <= place < len(self):
             raise IndexError(f"run: got {place}, wants 0 to {len(self) - 1}")

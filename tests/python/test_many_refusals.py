@@ -111,6 +111,10 @@ OF_TYPE: dict[str, tuple[Any, str]] = {
     "changes": ({"changes": {"q0": 1}}, r"changes: got .*, wants a list with one a run"),
     "changes of a run": ({"changes": [3]}, r"changes: got 3 for run 0, wants a dict"),
     "seeds": ({"seeds": 3, "effects": NOISY}, r"seeds: got 3, wants a list with one a run"),
+    "seeds of one number": (
+        {"seeds": np.array(3), "effects": NOISY},
+        r"seeds: got array\(3\), wants a list with one a run",
+    ),
     "window": ({"window": 3.0}, r"window: got 3.0, wants \(from, to\)"),
     "band": ({"band": "wide"}, r"band: got str, wants real numbers"),
     "duration": ({"duration": "long"}, r"duration: got str, wants real numbers"),
