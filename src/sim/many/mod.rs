@@ -1,7 +1,9 @@
-//! Many runs, on as many threads as there are cores to spare.
+//! Many runs, on as many threads as there are cores to spare, eight side by side where they can be.
 //!
-//! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. Memory for a
-//! run is taken once a thread.
+//! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. The way
+//! through: a `case` is a run; `abreast` (continuous time) and `sampled` are loops of eight, a run
+//! a lane; `surroundings` are what these are asked to do and what pushes them, `bodies` their arms,
+//! `estimators` what compensates. What is left over, and what was lost, goes alone.
 
 mod abreast;
 mod bodies;
