@@ -56,6 +56,7 @@ __all__ = [
     "paper_scenario",
     "read_scenario",
     "simulate",
+    "simulate_many",
 ]
 
 MAX_RECORD_BYTES: int
