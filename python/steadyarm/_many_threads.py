@@ -107,7 +107,8 @@ def _in_threads(
     except KeyboardInterrupt:
         stop.set()
         for worker in workers:
-            worker.join(GRACE)
+            with suppress(RuntimeError):  # one that was not started yet
+                worker.join(GRACE)
     finally:
         stop.set()
 

@@ -136,7 +136,8 @@ class _Pool:
         end = time.monotonic() + GRACE
         with suppress(KeyboardInterrupt):
             for thread in self._threads:
-                thread.join(max(0.0, end - time.monotonic()))
+                with suppress(RuntimeError):  # one that was not started yet
+                    thread.join(max(0.0, end - time.monotonic()))
 
 
 def _computed(job: Job, stop: threading.Event) -> Row:
