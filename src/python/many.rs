@@ -169,16 +169,17 @@ fn several<const N: usize>(
         });
         for (run, ended) in (first..).zip(ended) {
             if let Some(ended) = ended {
-                done.add(run, &ended?, options.duration);
+                done.add(run, &ended?, options.end());
             }
         }
-        match raised {
-            Some(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => return Ok(()),
-            Some(error) => return Err(error),
-            None => {}
+        // Once more after the last one, so that a bar gets to its end.
+        let looked = raised.map_or_else(|| done.look(runs.min(first + READY)), Err);
+        match looked {
+            Err(error) if error.is_instance_of::<PyKeyboardInterrupt>(py) => return Ok(()),
+            looked => looked?,
         }
     }
-    done.look(runs)
+    Ok(())
 }
 
 /// Some of the runs, made ready. What is the same for all of them is here once.

@@ -100,6 +100,12 @@ impl<const N: usize> Options<N> {
         self.steps().map(drop)
     }
 
+    /// Time of the last row \[s\], of options that make sense: a whole number of `dt`, to the bit.
+    #[cfg(feature = "python")]
+    pub(crate) fn end(&self) -> f64 {
+        libm::round(self.duration / self.dt) * self.dt
+    }
+
     /// Number of steps of `dt`, and of `dt` in a control period.
     ///
     /// # Errors

@@ -40,8 +40,8 @@ impl<const N: usize> Recorder<N> {
     /// `channels`: one of `own` has the name of another signal.
     /// `record_every`: the record is larger than [`MAX_RECORD_BYTES`], or than memory.
     pub fn new(steps: usize, options: &Options<N>, own: &[Channel]) -> Result<Self> {
-        check_names::<N>(own)?;
         let own = if let Record::Metrics(_) = options.record { &[] } else { own };
+        check_names::<N>(own)?;
         let every = options.record_every;
         let rows = steps.div_ceil(every) + 1;
         let row_bytes = Run::<N>::row_bytes(options.record, own);

@@ -17,7 +17,7 @@ use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::scope;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use pulp::Arch;
 
@@ -68,19 +68,22 @@ where
             threads_of.spawn(move || work(cases, options, next, stop, &send));
         }
         drop(send);
-        let mut count = 0;
+        let (mut count, mut watched) = (0, Instant::now());
         loop {
-            match receive.recv_timeout(WATCH_EVERY) {
+            // Runs that end one after the other must not put off the watch.
+            match receive.recv_timeout(WATCH_EVERY.saturating_sub(watched.elapsed())) {
                 Ok((index, run)) => {
                     ended[index] = Some(run);
                     count += 1;
-                    continue;
                 }
                 Err(RecvTimeoutError::Disconnected) => break,
                 Err(RecvTimeoutError::Timeout) => {}
             }
-            if watch(count).is_break() {
-                stop.store(true, Ordering::Relaxed);
+            if watched.elapsed() >= WATCH_EVERY {
+                watched = Instant::now();
+                if watch(count).is_break() {
+                    stop.store(true, Ordering::Relaxed);
+                }
             }
         }
     });

@@ -9,7 +9,7 @@ use crate::reference::{Reference, Setpoint};
 
 /// The references and disturbances of eight runs, and what they say at the latest time asked for.
 pub(super) struct Surroundings<'a, const N: usize, A, D, L, C, R, S> {
-    pub cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES],
+    cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES],
     /// Whether all have one reference, or one disturbance.
     one_reference: bool,
     one_disturbance: bool,
