@@ -233,3 +233,9 @@ def test_what_is_given_stays_as_it_was_and_runs_begin_with_what_was_learnt() -> 
     )
     assert (taught.weights == before).all() and own.told == []
     assert (runs.rms_e[0] != many().rms_e[0]).any()
+
+
+def test_a_run_ends_when_that_of_simulate_does_to_the_bit() -> None:
+    assert 700 * 1e-3 != 0.7
+    runs, run = many(duration=0.7, changes=[{}] * 9), alone(duration=0.7)
+    assert {status.t for status in runs.status} == {run.status.t} == {run.t[-1]}
