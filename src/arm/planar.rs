@@ -43,7 +43,7 @@ impl<T: Real> Planar<T> {
     }
 
     /// G from q₁, sin q₂, cos q₂, with cos(q₁ + q₂) by the addition theorem.
-    #[inline]
+    #[inline(always)]
     pub fn gravity_at(&self, q1: T, (sin_2, cos_2): (T, T)) -> Vector<2, T> {
         let (sin_1, cos_1) = q1.sin_cos();
         let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
