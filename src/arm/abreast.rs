@@ -4,19 +4,16 @@ use pulp::Simd;
 
 use super::Factor;
 use super::planar::Planar;
-use super::serial::{Chain, Turn};
+use super::serial::{Chain, Frames};
 use super::side::{Form, Side};
 use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector};
 
-/// Arms of one kind side by side, without friction and stops.
+/// Arms side by side, without friction and stops.
 #[derive(Clone, Debug)]
-pub(crate) struct ArmsAbreast<const N: usize>(Kind<N>);
-
-#[derive(Clone, Debug)]
-enum Kind<const N: usize> {
+pub(crate) enum ArmsAbreast<const N: usize> {
     /// Only where `N` is 2.
-    TwoLink(Box<Planar<Abreast>>),
-    Chain(Box<Chain<N, Abreast>>),
+    TwoLinks(Box<Planar<Abreast>>),
+    Chains(Box<Chain<N, Abreast>>),
 }
 
 impl<const N: usize> ArmsAbreast<N> {
@@ -29,7 +26,7 @@ impl<const N: usize> ArmsAbreast<N> {
                 let Form::TwoLink(own) = side.0 else { return None };
                 *arm = own;
             }
-            return Planar::abreast(arms).map(Box::new).map(Kind::TwoLink).map(Self);
+            return Planar::abreast(arms).map(Box::new).map(Self::TwoLinks);
         }
         let Form::Chain(first) = each[0].0 else { return None };
         let mut chains = [first; LANES];
@@ -37,98 +34,136 @@ impl<const N: usize> ArmsAbreast<N> {
             let Form::Chain(own) = side.0 else { return None };
             *chain = own;
         }
-        Chain::abreast(chains).map(Box::new).map(Kind::Chain).map(Self)
+        Chain::abreast(chains).map(Box::new).map(Self::Chains)
     }
 
-    /// Whether the pose of one is that of the other, in every lane.
-    pub fn pose_as(&self, other: &Self) -> bool {
-        match (&self.0, &other.0) {
-            (Kind::TwoLink(_), Kind::TwoLink(_)) => true,
-            (Kind::Chain(one), Kind::Chain(other)) => one.poses_as(other),
-            _ => false,
-        }
-    }
-
-    /// A part of them at q.
-    #[inline(always)]
-    pub fn poses<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        q: &Vector<N, Register<S>>,
-    ) -> Poses<N, Register<S>> {
-        match &self.0 {
-            Kind::TwoLink(_) => {
-                let q = two(q);
-                Poses::TwoLink(q[0], q[1].sin_cos())
-            }
-            Kind::Chain(chain) => Poses::Chain(chain.turns_of((simd, part), q)),
-        }
-    }
-
-    /// M(q) and H(q, q̇) = C q̇ + G of a part of them.
-    #[inline(always)]
-    pub fn mass_matrix_and_bias<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        poses: &Poses<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-        match (&self.0, poses) {
-            (Kind::TwoLink(arms), &Poses::TwoLink(q1, trig)) => {
-                let arms = arms.load(simd, part);
-                let (own, bias) = (arms.mass(trig.1), arms.rigid_at(q1, trig, &two(dq)));
-                let mut mass = Matrix::<N, _>::repeat(own[(0, 0)]);
-                for i in 0..N {
-                    for j in 0..N {
-                        mass[(i, j)] = own[(i.min(1), j.min(1))];
-                    }
-                }
-                (mass, back(&bias))
-            }
-            (Kind::Chain(chain), Poses::Chain(turns)) => {
-                let chain = chain.load(simd, part);
-                (chain.mass_matrices(turns), chain.bias(turns, dq))
-            }
-            // Poses of other arms: nobody asks.
-            _ => (Matrix::<N, _>::repeat(dq[0]), *dq),
-        }
-    }
-
-    /// q̈ = M⁻¹(τ − H) of a part of them.
-    #[inline(always)]
-    pub fn forward_dynamics<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        poses: &Poses<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-        tau: &Vector<N, Register<S>>,
-    ) -> Vector<N, Register<S>> {
-        match (&self.0, poses) {
-            (Kind::TwoLink(arms), &Poses::TwoLink(q1, trig)) => {
-                let (arms, tau) = (arms.load(simd, part), two(tau));
-                let bias = arms.rigid_at(q1, trig, &two(dq));
-                back(&arms.solve(trig, [tau[0] - bias[0], tau[1] - bias[1]]))
-            }
-            (Kind::Chain(chain), Poses::Chain(turns)) => {
-                let chain = chain.load(simd, part);
-                let (bias, mut net) = (chain.bias(turns, dq), *tau);
-                for n in 0..N {
-                    net[n] -= bias[n];
-                }
-                Factor::of(&chain.mass_matrices(turns)).solve(&net)
-            }
-            // Poses of other arms: nobody asks.
-            _ => *tau,
+    /// Whether one moves as the other at every q and q̇, in every lane; `None` where they are not of
+    /// one kind.
+    pub fn moves_as(&self, other: &Self) -> Option<bool> {
+        match (self, other) {
+            (Self::TwoLinks(one), Self::TwoLinks(other)) => Some(one.moves_as(other)),
+            (Self::Chains(one), Self::Chains(other)) => Some(one.moves_as(other)),
+            _ => None,
         }
     }
 }
 
-/// What arms need to know of a pose, in registers.
-pub(crate) enum Poses<const N: usize, T> {
-    /// q₁, and sine and cosine of q₂.
-    TwoLink(T, (T, T)),
-    /// The frames.
-    Chain([Turn<T>; N]),
+/// What arms of one kind side by side do, a part at a time.
+pub(crate) trait Alike<const N: usize> {
+    /// What they need to know of a motion: the same for all that move alike.
+    type Moves<S: Simd>;
+
+    /// How they move at q and q̇.
+    fn moves<S: Simd>(
+        &self,
+        at: (S, usize),
+        q: &Vector<N, Register<S>>,
+        dq: &Vector<N, Register<S>>,
+    ) -> Self::Moves<S>;
+
+    /// M and H = C q̇ + G.
+    fn mass_matrix_and_bias<S: Simd>(
+        &self,
+        at: (S, usize),
+        moves: &Self::Moves<S>,
+    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>);
+
+    /// q̈ = M⁻¹(τ − H).
+    fn forward_dynamics<S: Simd>(
+        &self,
+        at: (S, usize),
+        moves: &Self::Moves<S>,
+        tau: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>>;
+}
+
+impl<const N: usize> Alike<N> for Planar<Abreast> {
+    type Moves<S: Simd> = Planes<Register<S>>;
+
+    #[inline(always)]
+    fn moves<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        q: &Vector<N, Register<S>>,
+        dq: &Vector<N, Register<S>>,
+    ) -> Self::Moves<S> {
+        let (q, arms) = (two(q), self.load(simd, part));
+        Planes { first: arms.first(q[0]), second: q[1].sin_cos(), dq: two(dq) }
+    }
+
+    #[inline(always)]
+    fn mass_matrix_and_bias<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        Planes { first, second, dq }: &Self::Moves<S>,
+    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
+        let arms = self.load(simd, part);
+        let (own, bias) = (arms.mass(second.1), arms.rigid_at(*first, *second, dq));
+        let mut mass = Matrix::<N, _>::repeat(own[(0, 0)]);
+        for i in 0..N {
+            for j in 0..N {
+                mass[(i, j)] = own[(i.min(1), j.min(1))];
+            }
+        }
+        (mass, back(&bias))
+    }
+
+    #[inline(always)]
+    fn forward_dynamics<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        Planes { first, second, dq }: &Self::Moves<S>,
+        tau: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        let (arms, tau) = (self.load(simd, part), two(tau));
+        let bias = arms.rigid_at(*first, *second, dq);
+        back(&arms.solve(*second, [tau[0] - bias[0], tau[1] - bias[1]]))
+    }
+}
+
+impl<const N: usize> Alike<N> for Chain<N, Abreast> {
+    type Moves<S: Simd> = Frames<N, Register<S>>;
+
+    #[inline(always)]
+    fn moves<S: Simd>(
+        &self,
+        at: (S, usize),
+        q: &Vector<N, Register<S>>,
+        dq: &Vector<N, Register<S>>,
+    ) -> Self::Moves<S> {
+        self.frames(at, q, dq)
+    }
+
+    #[inline(always)]
+    fn mass_matrix_and_bias<S: Simd>(
+        &self,
+        at: (S, usize),
+        moves: &Self::Moves<S>,
+    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
+        (self.mass_matrices(at, moves), self.biases(at, moves))
+    }
+
+    #[inline(always)]
+    fn forward_dynamics<S: Simd>(
+        &self,
+        at: (S, usize),
+        moves: &Self::Moves<S>,
+        tau: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        let (bias, mut net) = (self.biases(at, moves), *tau);
+        for n in 0..N {
+            net[n] -= bias[n];
+        }
+        Factor::of(&self.mass_matrices(at, moves)).solve(&net)
+    }
+}
+
+/// What arms of two links need to know of a motion.
+pub(crate) struct Planes<T> {
+    /// Sine and cosine of q₁ where there is gravity, and of q₂.
+    first: Option<(T, T)>,
+    second: (T, T),
+    dq: Vector<2, T>,
 }
 
 impl Planar<Abreast> {
@@ -142,6 +177,11 @@ impl Planar<Abreast> {
             weight: [of(|it| it.weight[0]), of(|it| it.weight[1])],
             has_gravity,
         })
+    }
+
+    /// Whether one moves as the other at every q and q̇.
+    fn moves_as(&self, other: &Self) -> bool {
+        self.has_gravity == other.has_gravity
     }
 }
 

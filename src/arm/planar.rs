@@ -27,25 +27,35 @@ impl<T: Real> Planar<T> {
         Matrix::<2, T>::new(m11, m12, m12, theta_3)
     }
 
-    /// C q̇ + G from q₁, sin q₂, cos q₂.
+    /// sin q₁ and cos q₁, where there is gravity.
     #[inline(always)]
-    pub fn rigid_at(&self, q1: T, (sin_2, cos_2): (T, T), dq: &Vector<2, T>) -> Vector<2, T> {
+    pub fn first(&self, q1: T) -> Option<(T, T)> {
+        if self.has_gravity { Some(q1.sin_cos()) } else { None }
+    }
+
+    /// C q̇ + G from sine and cosine of q₁ where there is gravity, and of q₂.
+    #[inline(always)]
+    pub fn rigid_at(
+        &self,
+        first: Option<(T, T)>,
+        (sin_2, cos_2): (T, T),
+        dq: &Vector<2, T>,
+    ) -> Vector<2, T> {
         // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
         let h = self.theta[1] * sin_2;
         let mixed = h.like(2.0) * dq[0] * dq[1] + dq[1] * dq[1];
         let mut bias = Vector::<2, T>::new(-h * mixed, h * (dq[0] * dq[0]));
-        if self.has_gravity {
-            let gravity = self.gravity_at(q1, (sin_2, cos_2));
+        if let Some(first) = first {
+            let gravity = self.gravity_at(first, (sin_2, cos_2));
             bias[0] += gravity[0];
             bias[1] += gravity[1];
         }
         bias
     }
 
-    /// G from q₁, sin q₂, cos q₂, with cos(q₁ + q₂) by the addition theorem.
+    /// G from sine and cosine of q₁ and of q₂, with cos(q₁ + q₂) by the addition theorem.
     #[inline(always)]
-    pub fn gravity_at(&self, q1: T, (sin_2, cos_2): (T, T)) -> Vector<2, T> {
-        let (sin_1, cos_1) = q1.sin_cos();
+    pub fn gravity_at(&self, (sin_1, cos_1): (T, T), (sin_2, cos_2): (T, T)) -> Vector<2, T> {
         let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
         Vector::<2, T>::new(self.weight[0] * cos_1 + outer, outer)
     }

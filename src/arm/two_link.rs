@@ -150,7 +150,7 @@ impl TwoLink {
     /// H from q₁, sin q₂, cos q₂.
     #[inline(always)]
     fn bias_at(&self, q1: f64, trig: (f64, f64), dq: &Vector<2>) -> Vector<2> {
-        let mut bias = self.planar.rigid_at(q1, trig, dq);
+        let mut bias = self.planar.rigid_at(self.planar.first(q1), trig, dq);
         if self.has_friction {
             bias += self.parameters.friction.torque(dq);
         }
@@ -166,7 +166,7 @@ impl Arm<2> for TwoLink {
 
     #[inline]
     fn rigid_bias(&self, q: &Vector<2>, dq: &Vector<2>) -> Vector<2> {
-        self.planar.rigid_at(q[0], sin_cos(q[1]), dq)
+        self.planar.rigid_at(self.planar.first(q[0]), sin_cos(q[1]), dq)
     }
 
     #[inline]
@@ -178,10 +178,10 @@ impl Arm<2> for TwoLink {
 
     #[inline]
     fn gravity(&self, q: &Vector<2>) -> Vector<2> {
-        if !self.planar.has_gravity {
-            return Vector::<2>::zeros();
-        }
-        self.planar.gravity_at(q[0], sin_cos(q[1]))
+        let first = self.planar.first(q[0]);
+        first.map_or_else(Vector::<2>::zeros, |first| {
+            self.planar.gravity_at(first, sin_cos(q[1]))
+        })
     }
 
     fn joint_friction(&self, joint: usize) -> JointFriction {
@@ -205,7 +205,7 @@ impl Arm<2> for TwoLink {
         let trig = sin_cos(q[1]);
         let mass = self.planar.mass(trig.1);
         let dq = choose(&mass);
-        (mass, dq, self.planar.rigid_at(q[0], trig, &dq))
+        (mass, dq, self.planar.rigid_at(self.planar.first(q[0]), trig, &dq))
     }
 
     #[inline]

@@ -8,8 +8,8 @@ use super::fuzzy_compensator::PerJoint;
 use super::gains::feedback;
 use super::learns::Kind as Side;
 use super::{Demand, Gains, Learns, Sample, Stage};
-use crate::arm::{self, ArmsAbreast, Poses};
-use crate::math::{Abreast, LANES, Load, Register, Vector};
+use crate::arm::{self, ArmsAbreast};
+use crate::math::{Abreast, LANES, Load, Matrix, Register, Vector};
 
 /// Laws of computed torque side by side, for many runs at a time.
 #[derive(Clone, Debug)]
@@ -34,16 +34,15 @@ impl<const N: usize> LawsAbreast<N> {
         &self.arms
     }
 
-    /// As [`Law::torque`](super::Law::torque) of a part of them.
+    /// As [`Law::torque`](super::Law::torque) of a part of them, from M and H.
     #[inline(always)]
     pub fn torque<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        poses: &Poses<N, Register<S>>,
+        dynamics: (Matrix<N, Register<S>>, Vector<N, Register<S>>),
         seen: &Sample<N, Register<S>>,
         rho_hat: &Vector<N, Register<S>>,
     ) -> Demand<N, Register<S>> {
-        let dynamics = self.arms.mass_matrix_and_bias((simd, part), poses, &seen.dq);
         let (kp, kv) = (self.kp.load(simd, part), self.kv.load(simd, part));
         computed(dynamics, feedback(&kp, &kv, seen), rho_hat)
     }

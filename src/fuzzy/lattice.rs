@@ -12,7 +12,7 @@
 use pulp::Simd;
 
 #[cfg(feature = "std")]
-use crate::math::{Abreast, Load, Real, Register};
+use crate::math::Real;
 use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, exponential, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
@@ -202,51 +202,61 @@ impl Spaced {
         self.pattern.sets.into()
     }
 
-    /// NaN where an input is beyond the reach of its lattice, and 0 elsewhere.
-    #[inline(always)]
-    pub fn beyond<T: Real>(&self, x: T) -> T {
-        let [center, _, _, reach] = self.head;
-        let offset = (x - x.like(center)).abs();
-        x.like(reach).if_less(offset, x.like(f64::NAN), x.like(0.0))
+    /// Whether each centre is one step from the one before.
+    pub fn is_even(&self) -> bool {
+        self.pattern.steps[..self.len()].iter().enumerate().all(|(k, step)| k == (*step).into())
     }
 
-    /// Writes the memberships into a part of `out`, as [`Lattice::part`] makes them of one run.
+    /// t at x, and NaN where x is beyond the reach of the lattice, or 0.
     #[inline(always)]
-    pub fn memberships<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        x: Register<S>,
-        normalized: bool,
-        out: &mut [Abreast; MAX_SETS],
-    ) {
-        let [center, slope, half_precision, _] = self.head;
+    pub fn ratio<T: Real>(&self, x: T) -> (T, T) {
+        let [center, slope, _, reach] = self.head;
         let offset = x - x.like(center);
-        let t = (x.like(slope) * offset).series_exp();
+        let beyond = x.like(reach).if_less(offset.abs(), x.like(f64::NAN), x.like(0.0));
+        ((x.like(slope) * offset).series_exp(), beyond)
+    }
+
+    /// The memberships in so many `sets`, `L` at the most, even or not, as [`Lattice::part`] makes
+    /// them of one run.
+    #[inline(always)]
+    pub fn memberships<const L: usize, T: Real>(
+        &self,
+        (x, t): (T, T),
+        (sets, even): (usize, bool),
+        normalized: bool,
+    ) -> [T; L] {
         let (t2, mut power, mut k, mut sum) = (t * t, x.like(1.0), 0, x.like(0.0));
-        let out = &mut out[..self.len()];
-        for (out, (step, decay)) in out.iter_mut().zip(self.pattern.steps.iter().zip(&self.decays))
-        {
-            while k + 2 <= *step {
-                power = power * t2;
-                k += 2;
+        let mut out = [sum; L];
+        for set in 0..sets.min(L) {
+            if even {
+                if set > 0 {
+                    power = power * t;
+                }
+            } else {
+                let step = self.pattern.steps[set];
+                while k + 2 <= step {
+                    power = power * t2;
+                    k += 2;
+                }
+                if k < step {
+                    power = power * t;
+                    k += 1;
+                }
             }
-            if k < *step {
-                power = power * t;
-                k += 1;
-            }
-            let strength = x.like(*decay) * power;
-            sum += strength;
-            strength.store(out, part);
+            out[set] = x.like(self.decays[set]) * power;
+            sum += out[set];
         }
         let scale = if normalized {
             x.like(1.0) / sum
         } else {
+            let [center, _, half_precision, _] = self.head;
+            let offset = x - x.like(center);
             (-(offset * offset * x.like(half_precision))).series_exp()
         };
-        for strength in out {
-            let scaled = strength.load(simd, part) * scale;
-            scaled.unless_tiny(TINY_MEMBERSHIP).store(strength, part);
+        for set in 0..sets.min(L) {
+            out[set] = (out[set] * scale).unless_tiny(TINY_MEMBERSHIP);
         }
+        out
     }
 }
 

@@ -1,8 +1,9 @@
 //! Chains side by side, a chain a lane.
 
+use super::inverse::{Moving, Wrench};
 use super::joint::{Chain, Joint, Mass};
 use super::space::{Sym3, Turn, V3};
-use crate::math::{Abreast, LANES, Load, Real, Register, Vector};
+use crate::math::{Abreast, LANES, Load, Register, Vector};
 use pulp::Simd;
 
 impl<const N: usize> Chain<N, Abreast> {
@@ -19,51 +20,59 @@ impl<const N: usize> Chain<N, Abreast> {
         })
     }
 
-    /// Whether all frames of one are those of the other, at every q.
-    pub fn poses_as(&self, other: &Self) -> bool {
+    /// Whether all frames of one move as those of the other, at every q and q̇.
+    pub fn moves_as(&self, other: &Self) -> bool {
         let same = |(one, other): (&Joint<Abreast>, &Joint<Abreast>)| {
             one.revolute == other.revolute && one.rest == other.rest
         };
-        self.joints.iter().zip(&other.joints).all(same)
+        self.gravity == other.gravity && self.joints.iter().zip(&other.joints).all(same)
     }
 
-    /// The frames at q, of a part.
+    /// The frames at q, and how they move under gravity with q̇, of a part.
     #[inline(always)]
-    pub fn turns_of<S: Simd>(
+    pub fn frames<S: Simd>(
         &self,
         (simd, part): (S, usize),
         q: &Vector<N, Register<S>>,
-    ) -> [Turn<Register<S>>; N] {
-        let mut turns = [self.joints[0].load(simd, part).turn(q[0]); N];
-        for i in 1..N {
-            turns[i] = self.joints[i].load(simd, part).turn(q[i]);
+        dq: &Vector<N, Register<S>>,
+    ) -> Frames<N, Register<S>> {
+        let gravity = self.gravity.load(simd, part);
+        let zero = V3::zero_like(gravity.x);
+        let mut moving = Moving::base(zero - gravity);
+        let mut frames = [(self.joints[0].rest.load(simd, part), moving); N];
+        for i in 0..N {
+            let joint = self.joints[i].load(simd, part);
+            let turn = joint.turn(q[i]);
+            moving = moving.outward(&turn, joint.revolute, dq[i], zero.x);
+            frames[i] = (turn, moving);
         }
-        turns
+        frames
     }
-}
 
-impl<const N: usize, T: Real> Chain<N, T> {
-    /// C q̇ + G.
+    /// C q̇ + G of a part.
     #[inline(always)]
-    pub fn bias(&self, turns: &[Turn<T>; N], dq: &Vector<N, T>) -> Vector<N, T> {
-        let up = V3::zero_like(self.gravity.x) - self.gravity;
-        self.inverse(turns, dq, None, up)
-    }
-}
-
-impl<const N: usize> Load for Chain<N, Abreast> {
-    type In<S: Simd> = Chain<N, Register<S>>;
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        let mut joints = [self.joints[0].load(simd, part); N];
-        for i in 1..N {
-            joints[i] = self.joints[i].load(simd, part);
+    pub fn biases<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        frames: &Frames<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        let zero = V3::zero_like(frames[0].0.c);
+        let mut tau = Vector::<N, _>::repeat(zero.x);
+        let mut beyond = Wrench { f: zero, n: zero };
+        for i in (0..N).rev() {
+            let (joint, (turn, moving)) = (self.joints[i].load(simd, part), &frames[i]);
+            let all = joint.wrench_of(moving).plus(&beyond);
+            tau[i] = all.along(joint.revolute);
+            if i > 0 {
+                beyond = all.inward(turn);
+            }
         }
-        let (base, tip, ground_energy) = (self.base, self.tip, self.ground_energy);
-        Chain { joints, base, tip, gravity: self.gravity.load(simd, part), ground_energy }
+        tau
     }
 }
+
+/// The frames of a chain, each in the one before, and how they move.
+pub(crate) type Frames<const N: usize, T> = [(Turn<T>, Moving<T>); N];
 
 impl Load for Joint<Abreast> {
     type In<S: Simd> = Joint<Register<S>>;

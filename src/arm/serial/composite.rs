@@ -6,9 +6,15 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+#[cfg(feature = "std")]
+use super::abreast::Frames;
 use super::inverse::Wrench;
+#[cfg(feature = "std")]
+use super::joint::Joint;
 use super::joint::{Chain, Mass};
 use super::space::{Turn, V3};
+#[cfg(feature = "std")]
+use crate::math::{Abreast, Load, Register};
 use crate::math::{LANES, Line, Matrix, Real};
 
 /// Line k has a one in lane k.
@@ -149,27 +155,32 @@ impl<const N: usize> Chain<N> {
 }
 
 #[cfg(feature = "std")]
-impl<const N: usize, T: Real> Chain<N, T> {
-    /// The same of arms side by side, where a lane is an arm and no column.
+impl<const N: usize> Chain<N, Abreast> {
+    /// The same of a part of arms side by side, where a lane is an arm and no column.
     #[inline(always)]
-    pub fn mass_matrices(&self, turns: &[Turn<T>; N]) -> Matrix<N, T> {
-        let zero = V3::zero_like(self.gravity.x);
-        let mut m = Matrix::<N, T>::repeat(zero.x);
+    pub fn mass_matrices<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        frames: &Frames<N, Register<S>>,
+    ) -> Matrix<N, Register<S>> {
+        let zero = V3::zero_like(frames[0].0.c);
+        let mut m = Matrix::<N, _>::repeat(zero.x);
         let mut columns = [Wrench { f: zero, n: zero }; N];
-        let mut body = self.joints[N - 1].mass;
+        let mut body = self.joints[N - 1].mass.load(simd, part);
         for i in (0..N).rev() {
-            let joint = &self.joints[i];
-            columns[i] = unit_wrench(&body, joint.revolute);
+            let Joint { revolute, armature, .. } = &self.joints[i];
+            columns[i] = unit_wrench(&body, *revolute);
             for j in i..N {
-                let axis = if joint.revolute { columns[j].n.z } else { columns[j].f.z };
+                let axis = columns[j].along(*revolute);
                 (m[(i, j)], m[(j, i)]) = (axis, axis);
                 if i > 0 {
-                    columns[j] = columns[j].inward(&turns[i]);
+                    columns[j] = columns[j].inward(&frames[i].0);
                 }
             }
-            m[(i, i)] += joint.armature;
+            m[(i, i)] += armature.load(simd, part);
             if i > 0 {
-                body = self.joints[i - 1].mass.plus(&body.inward(&turns[i]));
+                let mass = self.joints[i - 1].mass.load(simd, part);
+                body = mass.plus(&body.inward(&frames[i].0));
             }
         }
         m

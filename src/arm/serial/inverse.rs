@@ -18,6 +18,7 @@ use super::space::{Turn, V3};
 use crate::math::{Matrix, Real, Vector};
 
 /// S: the acceleration of the link's points is a + S r.
+#[derive(Clone, Copy)]
 pub(super) struct Spread<T = f64> {
     xx: T,
     xy: T,
@@ -96,6 +97,17 @@ impl Wrench {
 }
 
 impl<T: Real> Wrench<T> {
+    #[inline(always)]
+    pub fn plus(&self, other: &Self) -> Self {
+        Self { f: self.f + other.f, n: self.n + other.n }
+    }
+
+    /// What of it a joint feels that turns about z, or slides along it.
+    #[inline(always)]
+    pub fn along(&self, revolute: bool) -> T {
+        if revolute { self.n.z } else { self.f.z }
+    }
+
     /// The same in the frame before.
     #[inline(always)]
     pub fn inward(&self, turn: &Turn<T>) -> Self {
@@ -130,6 +142,49 @@ impl<T: Real> Joint<T> {
     }
 }
 
+/// How the frame of a link moves: the acceleration of its origin, gravity in it, and S, from its
+/// angular velocity and acceleration.
+#[derive(Clone, Copy)]
+pub(crate) struct Moving<T> {
+    w: V3<T>,
+    dw: V3<T>,
+    a: V3<T>,
+    s: Spread<T>,
+}
+
+impl<T: Real> Moving<T> {
+    /// The base, which `upward` accelerates: −g, or zero for none.
+    #[inline(always)]
+    pub fn base(upward: V3<T>) -> Self {
+        let zero = V3::zero_like(upward.x);
+        Self { w: zero, dw: zero, a: upward, s: Spread::new(zero, zero) }
+    }
+
+    /// The frame that turns so against this one, and does so, or slides, with q̇ and q̈.
+    #[inline(always)]
+    pub fn outward(&self, turn: &Turn<T>, revolute: bool, dq: T, ddq: T) -> Self {
+        let mut a = turn.outward(self.a + self.s.at(turn.p));
+        let mut w = turn.outward(self.w);
+        let mut dw = turn.outward(self.dw);
+        if revolute {
+            dw += V3::new(w.y * dq, -w.x * dq, ddq);
+            w.z += dq;
+        } else {
+            let twice = dq + dq;
+            a += V3::new(w.y * twice, -w.x * twice, ddq);
+        }
+        Self { w, dw, a, s: Spread::new(w, dw) }
+    }
+}
+
+impl<T: Real> Joint<T> {
+    /// What moves the link with its frame.
+    #[inline(always)]
+    pub(super) fn wrench_of(&self, moving: &Moving<T>) -> Wrench<T> {
+        self.wrench(&moving.s, moving.a)
+    }
+}
+
 impl<const N: usize, T: Real> Chain<N, T> {
     /// M q̈ + C q̇ + G without friction and armature; `upward` is −g, or zero for none.
     #[inline(always)]
@@ -141,24 +196,12 @@ impl<const N: usize, T: Real> Chain<N, T> {
         upward: V3<T>,
     ) -> Vector<N, T> {
         let zero = V3::zero_like(upward.x);
-        let (mut w, mut dw, mut a) = (zero, zero, upward);
-        let mut s = Spread::new(w, dw);
+        let mut moving = Moving::base(upward);
         let mut wrenches = [Wrench { f: zero, n: zero }; N];
         for i in 0..N {
-            let (joint, turn, v) = (&self.joints[i], &turns[i], dq[i]);
             let faster = ddq.map_or(zero.x, |ddq| ddq[i]);
-            a = turn.outward(a + s.at(turn.p));
-            w = turn.outward(w);
-            dw = turn.outward(dw);
-            if joint.revolute {
-                dw += V3::new(w.y * v, -w.x * v, faster);
-                w.z += v;
-            } else {
-                let twice = v + v;
-                a += V3::new(w.y * twice, -w.x * twice, faster);
-            }
-            s = Spread::new(w, dw);
-            wrenches[i] = joint.wrench(&s, a);
+            moving = moving.outward(&turns[i], self.joints[i].revolute, dq[i], faster);
+            wrenches[i] = self.joints[i].wrench_of(&moving);
         }
         self.inward(turns, &wrenches)
     }
@@ -170,10 +213,10 @@ impl<const N: usize, T: Real> Chain<N, T> {
         let mut tau = Vector::<N, T>::repeat(zero.x);
         let mut beyond = Wrench { f: zero, n: zero };
         for i in (0..N).rev() {
-            let (f, n) = (wrenches[i].f + beyond.f, wrenches[i].n + beyond.n);
-            tau[i] = if self.joints[i].revolute { n.z } else { f.z };
+            let all = wrenches[i].plus(&beyond);
+            tau[i] = all.along(self.joints[i].revolute);
             if i > 0 {
-                beyond = Wrench { f, n }.inward(&turns[i]);
+                beyond = all.inward(&turns[i]);
             }
         }
         tau

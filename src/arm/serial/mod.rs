@@ -45,7 +45,7 @@ pub(super) use joint::Chain;
 use joint::Mass;
 use place::{Of, PoseNames};
 #[cfg(feature = "std")]
-pub(crate) use space::Turn;
+pub(crate) use abreast::Frames;
 use space::V3;
 use validate::validate_pose;
 

@@ -28,19 +28,25 @@ pub(in crate::control) struct PerJoint<const N: usize> {
     inputs: Inputs,
     /// The sets of both inputs of each joint.
     sets: [[Spaced; INPUTS]; N],
+    shape: Shape,
     normalized: bool,
     /// The last row and column of P, and the gain.
     p12: [Abreast; N],
     p22: [Abreast; N],
     gain: [Abreast; N],
-    /// The weights of each joint, rule after rule, and zeros up to whole lanes of rules.
+    /// The weights of each joint, rule after rule.
     weights: [Vec<Abreast>; N],
-    /// ξ of a joint, likewise.
-    xi: Vec<Abreast>,
     stages: [Recorded<N>; STAGES],
     /// ρ̂ of the latest stage.
     pub estimate: Vector<N, Abreast>,
     advances: u64,
+}
+
+/// How many sets the inputs of every joint have, and whether all are evenly spaced.
+#[derive(Clone, Copy, Debug)]
+struct Shape {
+    sets: [usize; INPUTS],
+    even: bool,
 }
 
 /// What is kept of a stage: the memberships of each input of each joint, and what drives the
@@ -63,25 +69,23 @@ impl<const N: usize> PerJoint<N> {
         let of = |numbers: fn(&PerJointSide<'_, N>) -> [f64; N]| {
             from_fn(|n| Abreast(each.each_ref().map(|it| numbers(it)[n])))
         };
-        let rules = sets[0].iter().map(Spaced::len).product::<usize>();
+        let lengths = sets[0].each_ref().map(Spaced::len);
+        let alike = alike && sets.iter().all(|own| own.each_ref().map(Spaced::len) == lengths);
+        let even = sets.iter().flatten().all(Spaced::is_even);
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         let memberships = [[[Abreast::all(0.0); Spaced::MOST]; INPUTS]; N];
-        let whole = vec![Abreast::all(0.0); rules.next_multiple_of(LANES)];
         alike.then(|| Self {
             inputs,
             sets,
+            shape: Shape { sets: lengths, even },
             normalized,
             p12: of(|it| it.p12),
             p22: of(|it| it.p22),
             gain: of(|it| it.gain),
             weights: from_fn(|n| {
-                let mut own = whole.clone();
-                for (rule, weight) in own[..rules].iter_mut().enumerate() {
-                    *weight = Abreast(each.map(|it| it.weights[n * row + rule]));
-                }
-                own
+                let own = |rule| Abreast(each.map(|it| it.weights[n * row + rule]));
+                (0..lengths[0] * lengths[1]).map(own).collect()
             }),
-            xi: whole,
             stages: from_fn(|_| Recorded { memberships, drive: zeros }),
             estimate: zeros,
             advances,
@@ -134,33 +138,52 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        match self.it.shape {
+            Shape { sets: [3, 3], even: true } => self.of::<3, S>(simd, [3, 3], true),
+            Shape { sets: [5, 5], even: true } => self.of::<5, S>(simd, [5, 5], true),
+            Shape { sets: [7, 7], even: true } => self.of::<7, S>(simd, [7, 7], true),
+            Shape { sets, even } => self.of::<{ Spaced::MOST }, S>(simd, sets, even),
+        }
+    }
+}
+
+impl<const N: usize> Estimate<'_, N> {
+    /// The work on inputs of so many sets, `L` at the most: numbers stay in registers where that is
+    /// few.
+    #[inline(always)]
+    fn of<const L: usize, S: Simd>(self, simd: S, lengths: [usize; INPUTS], even: bool) {
         let Self { it, stage, seen, lost } = self;
         let (i, factors) = (stage.index, factors(stage));
         let (before, rest) = it.stages.split_at_mut(i);
         let here = &mut rest[0];
         for part in 0..Register::<S>::PARTS {
             let mut missed = lost.load(simd, part);
+            let mut inputs = [[(missed, missed); INPUTS]; N];
             for n in 0..N {
                 for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
                     let x = signal.of(seen)[n].load(simd, part);
                     let x = x.like(*scale) * x;
-                    let sets = &it.sets[n][k];
-                    missed += sets.beyond(x);
-                    let out = &mut here.memberships[n][k];
-                    sets.memberships((simd, part), x, it.normalized, out);
+                    let (t, beyond) = it.sets[n][k].ratio(x);
+                    missed += beyond;
+                    inputs[n][k] = (x, t);
                 }
+            }
+            missed.store(lost, part);
+            for n in 0..N {
+                let ([first, second], [rows, columns]) = (&it.sets[n], lengths);
+                let rules = [
+                    first.memberships::<L, _>(inputs[n][0], (rows, even), it.normalized),
+                    second.memberships::<L, _>(inputs[n][1], (columns, even), it.normalized),
+                ];
+                keep((simd, part), &rules[0], &mut here.memberships[n][0], rows);
+                keep((simd, part), &rules[1], &mut here.memberships[n][1], columns);
                 let (e, de) = (seen.e[n].load(simd, part), seen.de[n].load(simd, part));
                 let s = it.p12[n].load(simd, part) * e + it.p22[n].load(simd, part) * de;
-                let [first, second] = &here.memberships[n];
-                let lengths = [it.sets[n][0].len(), it.sets[n][1].len()];
-                let rules = (&first[..lengths[0]], &second[..lengths[1]]);
-                multiply((simd, part), rules, &mut it.xi);
-                let mut learnt = contract((simd, part), &it.weights[n], &it.xi, s);
+                let mut learnt = contract((simd, part), &it.weights[n], &rules, lengths);
                 for (j, past) in before.iter().enumerate() {
                     if factors[j] != 0.0 {
-                        let [first, second] = &past.memberships[n];
-                        let past_rules = (&first[..lengths[0]], &second[..lengths[1]]);
-                        let gram = correlate((simd, part), rules, past_rules, s);
+                        let past_rules = &past.memberships[n];
+                        let gram = correlate((simd, part), &rules, past_rules, lengths);
                         learnt += past.drive[n].load(simd, part) * s.like(factors[j]) * gram;
                     }
                 }
@@ -168,37 +191,40 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
                 let drive = it.gain[n].load(simd, part) * s;
                 drive.unless_tiny(TINY_TERM).store(&mut here.drive[n], part);
             }
-            missed.store(lost, part);
         }
     }
 }
 
-/// The memberships of both inputs.
-type Rules<'a> = (&'a [Abreast], &'a [Abreast]);
+/// The memberships of both inputs in registers.
+type Rules<S, const L: usize> = [[Register<S>; L]; INPUTS];
 
-/// ξ from the memberships.
+/// Puts so many of them in their place.
 #[inline(always)]
-fn multiply<S: Simd>((simd, part): (S, usize), (first, second): Rules<'_>, xi: &mut [Abreast]) {
-    for (row, p) in xi.chunks_exact_mut(second.len()).zip(first) {
-        let p = p.load(simd, part);
-        for (xi, q) in row.iter_mut().zip(second) {
-            (p * q.load(simd, part)).store(xi, part);
-        }
+fn keep<S: Simd, const L: usize>(
+    (_, part): (S, usize),
+    from: &[Register<S>; L],
+    to: &mut [Abreast; Spaced::MOST],
+    sets: usize,
+) {
+    for set in 0..sets.min(L) {
+        from[set].store(&mut to[set], part);
     }
 }
 
 /// w·ξ, in the order of sums of one run: over lanes of rules first.
 #[inline(always)]
-fn contract<S: Simd>(
+fn contract<S: Simd, const L: usize>(
     (simd, part): (S, usize),
     weights: &[Abreast],
-    xi: &[Abreast],
-    like: Register<S>,
+    [first, second]: &Rules<S, L>,
+    [rows, columns]: [usize; INPUTS],
 ) -> Register<S> {
-    let mut lanes = [like.like(0.0); LANES];
-    for (w, xi) in weights.as_chunks::<LANES>().0.iter().zip(xi.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            lanes[lane] += w[lane].load(simd, part) * xi[lane].load(simd, part);
+    let weights = &weights[..rows * columns];
+    let mut lanes = [first[0].like(0.0); LANES];
+    for a in 0..rows.min(L) {
+        for b in 0..columns.min(L) {
+            let rule = a * columns + b;
+            lanes[rule % LANES] += weights[rule].load(simd, part) * (first[a] * second[b]);
         }
     }
     let [a, b, c, d, e, f, g, h] = lanes;
@@ -208,26 +234,26 @@ fn contract<S: Simd>(
 
 /// ξ·ξ' of two stages.
 #[inline(always)]
-fn correlate<S: Simd>(
+fn correlate<S: Simd, const L: usize>(
     at: (S, usize),
-    (first, second): Rules<'_>,
-    (past_first, past_second): Rules<'_>,
-    like: Register<S>,
+    [first, second]: &Rules<S, L>,
+    [past_first, past_second]: &[[Abreast; Spaced::MOST]; INPUTS],
+    [rows, columns]: [usize; INPUTS],
 ) -> Register<S> {
-    let product = inner(at, first, past_first, like).unless_tiny(TINY_KERNEL);
-    (product * inner(at, second, past_second, like)).unless_tiny(TINY_KERNEL)
+    let product = inner(at, first, past_first, rows).unless_tiny(TINY_KERNEL);
+    (product * inner(at, second, past_second, columns)).unless_tiny(TINY_KERNEL)
 }
 
 #[inline(always)]
-fn inner<S: Simd>(
+fn inner<S: Simd, const L: usize>(
     (simd, part): (S, usize),
-    left: &[Abreast],
-    right: &[Abreast],
-    like: Register<S>,
+    left: &[Register<S>; L],
+    right: &[Abreast; Spaced::MOST],
+    sets: usize,
 ) -> Register<S> {
-    let mut sum = like.like(0.0);
-    for (x, y) in left.iter().zip(right) {
-        sum += x.load(simd, part) * y.load(simd, part);
+    let mut sum = left[0].like(0.0);
+    for set in 0..sets.min(L) {
+        sum += left[set] * right[set].load(simd, part);
     }
     sum
 }
@@ -269,23 +295,35 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
+        match self.it.shape.sets {
+            [3, 3] => self.of(simd, [3, 3]),
+            [5, 5] => self.of(simd, [5, 5]),
+            [7, 7] => self.of(simd, [7, 7]),
+            sets => self.of(simd, sets),
+        }
+    }
+}
+
+impl<const N: usize> Advance<'_, N> {
+    /// As [`Estimate::of`].
+    #[inline(always)]
+    fn of<S: Simd>(self, simd: S, [rows, columns]: [usize; INPUTS]) {
         let Self { it, end } = self;
         let (factors, flushes) = (factors(end), it.advances.is_multiple_of(FLUSH_EVERY));
         for n in 0..N {
-            let lengths = [it.sets[n][0].len(), it.sets[n][1].len()];
             for part in 0..Register::<S>::PARTS {
                 let mut terms = [it.gain[n].load(simd, part); STAGES];
                 for (j, term) in terms.iter_mut().enumerate() {
                     let drive = it.stages[j].drive[n].load(simd, part);
                     *term = (drive * drive.like(factors[j])).unless_tiny(TINY_TERM);
                 }
-                for a in 0..lengths[0] {
+                for a in 0..rows {
                     let mut firsts = terms;
                     for (j, first) in firsts.iter_mut().enumerate() {
                         *first = it.stages[j].memberships[n][0][a].load(simd, part);
                     }
-                    for b in 0..lengths[1] {
-                        let kept = &mut it.weights[n][a * lengths[1] + b];
+                    for b in 0..columns {
+                        let kept = &mut it.weights[n][a * columns + b];
                         let mut weight = kept.load(simd, part);
                         for j in 0..STAGES {
                             let second = it.stages[j].memberships[n][1][b].load(simd, part);

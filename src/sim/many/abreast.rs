@@ -46,12 +46,12 @@ where
             effort_limits(cases.map(|case| &case.controller.limits.effort_limit)),
             effort_limits(cases.map(|case| case.plant.effort_limit())),
         ];
-        let one_pose = bodies.plants.pose_as(laws.arms());
-        let asked = bodies.applied;
+        let alike = bodies.plants.moves_as(laws.arms())?;
+        let asked = bodies.now.applied;
         Some(Self {
             around: Surroundings::new(cases),
             bodies: Box::new(bodies),
-            drivers: Box::new(Drivers { laws, one_pose, limits, asked }),
+            drivers: Box::new(Drivers { laws, alike, limits, asked }),
             compensators: Estimators::new(cases),
         })
     }
@@ -85,12 +85,12 @@ where
         let time = time_of(stage, (t, h, end));
         around.ask(time);
         bodies.go(stage.index, h, &around.desired);
-        around.push(time, &bodies.seen);
-        let Bodies { arch, seen, lost, .. } = &mut **bodies;
-        let rho_hat = compensators.estimate(*arch, stage, seen, lost);
+        around.push(time, &bodies.now.seen);
+        let Bodies { arch, now, lost, .. } = &mut **bodies;
+        let rho_hat = compensators.estimate(*arch, stage, &now.seen, lost);
         bodies.act(drivers, stage.index, rho_hat, &around.tau_d);
-        let Bodies { arch, seen, applied, .. } = &**bodies;
-        compensators.acted(*arch, stage.index, seen, &drivers.asked, applied);
+        let Bodies { arch, now, .. } = &**bodies;
+        compensators.acted(*arch, stage.index, &now.seen, &drivers.asked, &now.applied);
     }
 }
 

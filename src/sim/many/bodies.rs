@@ -7,7 +7,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
-use crate::arm::{Arm, ArmsAbreast, Poses};
+use crate::arm::{Alike, Arm, ArmsAbreast};
 use crate::control::{Law, LawsAbreast, Limits, Sample};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
@@ -20,12 +20,22 @@ use crate::sim::recorder::DIVERGED;
 use crate::sim::resolution::Smooth;
 use crate::sim::stiff::Moved;
 
-/// The arms of eight runs, and where they are in a step.
+/// The arms of eight runs, and how they are doing.
 pub(super) struct Bodies<const N: usize> {
     /// The instruction set.
     pub arch: Arch,
     pub plants: ArmsAbreast<N>,
     pub wraps: [bool; N],
+    pub now: Now<N>,
+    pub figures: Figures<N, Abreast>,
+    pub smooth: Smooth<N, Abreast>,
+    /// Zero as long as all numbers of the run in a lane are finite, and the farthest that it went.
+    pub lost: Abreast,
+    pub farthest: Abreast,
+}
+
+/// Where they are in a step.
+pub(super) struct Now<const N: usize> {
     /// The start of the step, and the rates at its stages.
     pub start: Motion<N, Abreast>,
     pub rates: [Motion<N, Abreast>; 4],
@@ -34,18 +44,13 @@ pub(super) struct Bodies<const N: usize> {
     pub applied: Vector<N, Abreast>,
     pub v: Vector<N, Abreast>,
     pub rho_hat: Vector<N, Abreast>,
-    pub figures: Figures<N, Abreast>,
-    pub smooth: Smooth<N, Abreast>,
-    /// Zero as long as all numbers of the run in a lane are finite, and the farthest that it went.
-    pub lost: Abreast,
-    pub farthest: Abreast,
 }
 
 /// The laws that drive them in continuous time.
 pub(super) struct Drivers<const N: usize> {
     pub laws: LawsAbreast<N>,
-    /// Whether the laws' arms have the frames of the plants at every q.
-    pub one_pose: bool,
+    /// Whether the laws' arms move as the plants at every q and q̇.
+    pub alike: bool,
     /// Limits of the controllers, and of the plants.
     pub limits: [Limits<N, Abreast>; 2],
     /// What the laws asked for at the latest stage.
@@ -74,12 +79,14 @@ impl<const N: usize> Bodies<N> {
             arch,
             plants: ArmsAbreast::of(none_missing(cases.map(|case| case.plant.arm.side()))?)?,
             wraps,
-            start,
-            rates: [start; 4],
-            seen: Sample { q: zeros, dq: zeros, desired, e: zeros, de: zeros },
-            applied: zeros,
-            v: zeros,
-            rho_hat: zeros,
+            now: Now {
+                start,
+                rates: [start; 4],
+                seen: Sample { q: zeros, dq: zeros, desired, e: zeros, de: zeros },
+                applied: zeros,
+                v: zeros,
+                rho_hat: zeros,
+            },
             figures: Figures::over(window, zero),
             smooth: Smooth::new(zero),
             lost: zero,
@@ -152,12 +159,17 @@ impl<const N: usize> WithSimd for Go<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, i, h, desired } = self;
+        let Self { bodies: Bodies { now, wraps, .. }, i, h, desired } = self;
         for part in 0..Register::<S>::PARTS {
-            let (start, rates) = (bodies.start.load(simd, part), bodies.rates.load(simd, part));
-            let Motion { q, dq } = if i == 0 { start } else { RK4.at(i, h, &start, &rates) };
-            let seen = Sample::wrapped(q, dq, desired.load(simd, part), &bodies.wraps);
-            let Sample { q, dq, desired, e, de } = &mut bodies.seen;
+            let mut motion = now.start.load(simd, part);
+            if i > 0 {
+                // RK4 goes on from the stage before, and from no other.
+                let rate = now.rates[i - 1].load(simd, part);
+                motion = motion.plus(h, &RK4.rows[i][i - 1..i], &[rate]);
+            }
+            let Motion { q, dq } = motion;
+            let seen = Sample::wrapped(q, dq, desired.load(simd, part), wraps);
+            let Sample { q, dq, desired, e, de } = &mut now.seen;
             store(&seen.q, q, part);
             store(&seen.dq, dq, part);
             store(&seen.e, e, part);
@@ -182,30 +194,65 @@ impl<const N: usize> WithSimd for Act<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, drivers, i, rho_hat, tau_d } = self;
+        let Self { bodies: Bodies { plants, now, .. }, drivers, i, rho_hat, tau_d } = self;
+        let Drivers { laws, alike, limits, asked } = drivers;
+        let arms = (&*plants, laws.arms());
         for part in 0..Register::<S>::PARTS {
-            let (seen, rho_hat) = (bodies.seen.load(simd, part), rho_hat.load(simd, part));
-            let (at, Sample { q, dq, .. }) = ((simd, part), &seen);
-            let poses = bodies.plants.poses(at, q);
-            let demand = if drivers.one_pose {
-                drivers.laws.torque(at, &poses, &seen, &rho_hat)
-            } else {
-                let believed = drivers.laws.arms().poses(at, q);
-                drivers.laws.torque(at, &believed, &seen, &rho_hat)
+            let (at, pushed) = ((simd, part), (i, tau_d.load(simd, part)));
+            let acting = Acting { laws, alike: *alike, limits, rho_hat: rho_hat.load(simd, part) };
+            let asks = match arms {
+                (ArmsAbreast::TwoLinks(plants), ArmsAbreast::TwoLinks(models)) => {
+                    acting.act(at, now, (&**plants, &**models), pushed)
+                }
+                (ArmsAbreast::Chains(plants), ArmsAbreast::Chains(models)) => {
+                    acting.act(at, now, (&**plants, &**models), pushed)
+                }
+                // Arms of two kinds do not go side by side.
+                _ => continue,
             };
-            let mut asked = demand.model;
-            for n in 0..N {
-                asked[n] += demand.compensation[n];
-            }
-            let [controllers, plants] = &drivers.limits;
-            let tau = controllers.load(simd, part).clamp(&asked);
-            let applied = plants.load(simd, part).clamp(&tau);
-            store(&asked, &mut drivers.asked, part);
-            store(&applied, &mut bodies.applied, part);
-            store(&demand.v, &mut bodies.v, part);
-            store(&rho_hat, &mut bodies.rho_hat, part);
-            bodies.accelerate(at, i, &poses, (dq, &applied), tau_d);
+            store(&asks, asked, part);
         }
+    }
+}
+
+/// Laws in registers, with the estimates of their compensators.
+struct Acting<'a, const N: usize, S: Simd> {
+    laws: &'a LawsAbreast<N>,
+    alike: bool,
+    limits: &'a [Limits<N, Abreast>; 2],
+    rho_hat: Vector<N, Register<S>>,
+}
+
+impl<const N: usize, S: Simd> Acting<'_, N, S> {
+    /// Moves a stage under a disturbance; the torque that is asked for.
+    #[inline(always)]
+    fn act<K: Alike<N>>(
+        &self,
+        (simd, part): (S, usize),
+        now: &mut Now<N>,
+        (plants, models): (&K, &K),
+        pushed: (usize, Vector<N, Register<S>>),
+    ) -> Vector<N, Register<S>> {
+        let (at, seen) = ((simd, part), now.seen.load(simd, part));
+        let moves = plants.moves(at, &seen.q, &seen.dq);
+        let dynamics = if self.alike {
+            models.mass_matrix_and_bias(at, &moves)
+        } else {
+            models.mass_matrix_and_bias(at, &models.moves(at, &seen.q, &seen.dq))
+        };
+        let demand = self.laws.torque(at, dynamics, &seen, &self.rho_hat);
+        let mut asked = demand.model;
+        for n in 0..N {
+            asked[n] += demand.compensation[n];
+        }
+        let [controllers, actuators] = self.limits;
+        let tau = controllers.load(simd, part).clamp(&asked);
+        let applied = actuators.load(simd, part).clamp(&tau);
+        store(&applied, &mut now.applied, part);
+        store(&demand.v, &mut now.v, part);
+        store(&self.rho_hat, &mut now.rho_hat, part);
+        now.accelerate(at, plants, &moves, pushed);
+        asked
     }
 }
 
@@ -220,34 +267,46 @@ impl<const N: usize> WithSimd for Fly<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, i, tau_d } = self;
+        let Self { bodies: Bodies { plants, now, .. }, i, tau_d } = self;
         for part in 0..Register::<S>::PARTS {
-            let at = (simd, part);
-            let (q, dq) = (bodies.seen.q.load(simd, part), bodies.seen.dq.load(simd, part));
-            let poses = bodies.plants.poses(at, &q);
-            let applied = bodies.applied.load(simd, part);
-            bodies.accelerate(at, i, &poses, (&dq, &applied), tau_d);
+            let (at, pushed) = ((simd, part), (i, tau_d.load(simd, part)));
+            match &*plants {
+                ArmsAbreast::TwoLinks(plants) => now.fly(at, &**plants, pushed),
+                ArmsAbreast::Chains(plants) => now.fly(at, &**plants, pushed),
+            }
         }
     }
 }
 
-impl<const N: usize> Bodies<N> {
-    /// The rates at stage i of a part, from q̇ and what is applied.
+impl<const N: usize> Now<N> {
+    /// The rates at stage i of a part, under what is applied and a disturbance.
     #[inline(always)]
-    fn accelerate<S: Simd>(
+    fn fly<S: Simd, K: Alike<N>>(
         &mut self,
         (simd, part): (S, usize),
-        i: usize,
-        poses: &Poses<N, Register<S>>,
-        (dq, applied): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-        tau_d: &Vector<N, Abreast>,
+        plants: &K,
+        pushed: (usize, Vector<N, Register<S>>),
     ) {
-        let (mut net, tau_d) = (*applied, tau_d.load(simd, part));
+        let (q, dq) = (self.seen.q.load(simd, part), self.seen.dq.load(simd, part));
+        let moves = plants.moves((simd, part), &q, &dq);
+        self.accelerate((simd, part), plants, &moves, pushed);
+    }
+
+    /// The same of plants that move so.
+    #[inline(always)]
+    fn accelerate<S: Simd, K: Alike<N>>(
+        &mut self,
+        (simd, part): (S, usize),
+        plants: &K,
+        moves: &K::Moves<S>,
+        (i, tau_d): (usize, Vector<N, Register<S>>),
+    ) {
+        let mut net = self.applied.load(simd, part);
         for n in 0..N {
             net[n] -= tau_d[n];
         }
-        let ddq = self.plants.forward_dynamics((simd, part), poses, dq, &net);
-        store(dq, &mut self.rates[i].q, part);
+        let ddq = plants.forward_dynamics((simd, part), moves, &net);
+        store(&self.seen.dq.load(simd, part), &mut self.rates[i].q, part);
         store(&ddq, &mut self.rates[i].dq, part);
     }
 }
@@ -263,9 +322,10 @@ impl<const N: usize> WithSimd for Note<'_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { bodies, row } = self;
+        let now = &bodies.now;
         for part in 0..Register::<S>::PARTS {
-            let (seen, ddq) = (bodies.seen.load(simd, part), bodies.rates[0].dq.load(simd, part));
-            let (v, rho_hat) = (bodies.v.load(simd, part), bodies.rho_hat.load(simd, part));
+            let (seen, ddq) = (now.seen.load(simd, part), now.rates[0].dq.load(simd, part));
+            let (v, rho_hat) = (now.v.load(simd, part), now.rho_hat.load(simd, part));
             let Sample { q, dq, desired, e, .. } = &seen;
             let [mut lost, mut farthest] = [bodies.lost, bodies.farthest].load(simd, part);
             let zero = lost.like(0.0);
@@ -278,7 +338,7 @@ impl<const N: usize> WithSimd for Note<'_, N> {
             lost.store(&mut bodies.lost, part);
             farthest.store(&mut bodies.farthest, part);
             let Some(row) = &row else { continue };
-            let applied = bodies.applied.load(simd, part);
+            let applied = now.applied.load(simd, part);
             for n in 0..N {
                 let mut kept = bodies.figures.joints[n].numbers();
                 let mut sums = Sums::of(kept.load(simd, part));
@@ -302,18 +362,18 @@ impl<const N: usize> WithSimd for End<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, h } = self;
+        let Self { bodies: Bodies { now, smooth, .. }, h } = self;
         for part in 0..Register::<S>::PARTS {
-            let (start, rates) = (bodies.start.load(simd, part), bodies.rates.load(simd, part));
+            let (start, rates) = (now.start.load(simd, part), now.rates.load(simd, part));
             let moved = Moved::of_rates(h, &start, &rates);
-            let Smooth { errors, swing } = &mut bodies.smooth;
+            let Smooth { errors, swing } = &mut *smooth;
             let mut smooth =
                 Smooth { errors: errors.load(simd, part), swing: swing.load(simd, part) };
             smooth.add(h, &start, &moved);
             store(&smooth.errors, errors, part);
             smooth.swing.store(swing, part);
-            store(&moved.motion.q, &mut bodies.start.q, part);
-            store(&moved.motion.dq, &mut bodies.start.dq, part);
+            store(&moved.motion.q, &mut now.start.q, part);
+            store(&moved.motion.dq, &mut now.start.dq, part);
         }
     }
 }

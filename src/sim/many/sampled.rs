@@ -4,7 +4,7 @@
 //! each does alone. A lane in which anything is out of the ordinary is lost, as in
 //! [`abreast`](super::abreast).
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, Now};
 use super::case::Case;
 use super::course::Course;
 use super::surroundings::Surroundings;
@@ -83,14 +83,14 @@ where
 
     /// Lets the arms go on at stage i, at time `t` \[s\].
     fn fly(&mut self, i: usize, t: f64) {
-        self.around.push(t, &self.bodies.seen);
+        self.around.push(t, &self.bodies.now.seen);
         self.bodies.fly(i, &self.around.tau_d);
     }
 
     /// Asks every controller for the torque of a period \[s\]; it is told what acted in the one
     /// before, if that has `begun`. One that refuses is lost.
     fn decide(&mut self, begun: bool, period: f64) {
-        let Bodies { seen, applied, v, rho_hat, lost, .. } = &mut *self.bodies;
+        let Bodies { now: Now { seen, applied, v, rho_hat, .. }, lost, .. } = &mut *self.bodies;
         for (i, (sampled, state)) in self.each.iter().zip(&mut self.states).enumerate() {
             if lost.0[i] != 0.0 {
                 continue;
@@ -112,7 +112,7 @@ where
 
     /// Ends the last period; one that cannot end is lost.
     fn end(&mut self) {
-        let Bodies { applied, lost, .. } = &mut *self.bodies;
+        let Bodies { now: Now { applied, .. }, lost, .. } = &mut *self.bodies;
         for (i, (sampled, state)) in self.each.iter().zip(&mut self.states).enumerate() {
             if sampled.controller.end_period(state, Some(&lane(applied, i))).is_err() {
                 lost.0[i] = f64::NAN;
