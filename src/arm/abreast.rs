@@ -1,49 +1,141 @@
 //! Arms of one kind side by side, an arm a lane.
 
+use core::array::from_fn;
+
 use pulp::Simd;
 
-use super::Factor;
 use super::planar::Planar;
 use super::serial::{Chain, Frames};
 use super::side::{Form, Side};
-use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector};
+use super::{Factor, JointFriction};
+use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector, none_missing};
 
-/// Arms side by side, without friction and stops.
+/// Arms side by side, without stops and dry friction.
 #[derive(Clone, Debug)]
-pub(crate) enum ArmsAbreast<const N: usize> {
+pub(crate) struct ArmsAbreast<const N: usize> {
+    pub kind: Kind<N>,
+    /// `None` if no joint has any.
+    pub friction: Option<Box<Frictions<N>>>,
+}
+
+/// Their rigid bodies.
+#[derive(Clone, Debug)]
+pub(crate) enum Kind<const N: usize> {
     /// Only where `N` is 2.
     TwoLinks(Box<Planar<Abreast>>),
     Chains(Box<Chain<N, Abreast>>),
 }
 
 impl<const N: usize> ArmsAbreast<N> {
-    /// These arms; `None` if they are not of one kind, only some have gravity, or their joints are
-    /// not of the same kinds.
+    /// These arms; `None` if they are not of one kind, only some have gravity, or friction, or dry
+    /// friction in a joint, or their joints are not of the same kinds.
     pub fn of(each: [Side<'_, N>; LANES]) -> Option<Self> {
-        if let Form::TwoLink(first) = each[0].0 {
+        let frictions = each.each_ref().map(|side| side.friction);
+        let friction = if frictions.iter().all(Option::is_none) {
+            None
+        } else {
+            Some(Box::new(Frictions::of(none_missing(frictions)?)?))
+        };
+        Some(Self { kind: Kind::of(each)?, friction })
+    }
+
+    /// Whether one moves as the other at every q and q̇, in every lane; `None` where they are not
+    /// of one kind.
+    pub fn moves_as(&self, other: &Self) -> Option<bool> {
+        match (&self.kind, &other.kind) {
+            (Kind::TwoLinks(one), Kind::TwoLinks(other)) => Some(one.moves_as(other)),
+            (Kind::Chains(one), Kind::Chains(other)) => Some(one.moves_as(other)),
+            _ => None,
+        }
+    }
+
+    /// f(q̇) of a part of them; `None` without friction.
+    #[inline(always)]
+    pub fn friction_at<S: Simd>(
+        &self,
+        at: (S, usize),
+        dq: &Vector<N, Register<S>>,
+    ) -> Option<Vector<N, Register<S>>> {
+        if let Some(friction) = &self.friction { Some(friction.torque(at, dq)) } else { None }
+    }
+}
+
+impl<const N: usize> Kind<N> {
+    fn of(each: [Side<'_, N>; LANES]) -> Option<Self> {
+        if let Form::TwoLink(first) = each[0].form {
             let mut arms = [first; LANES];
             for (arm, side) in arms.iter_mut().zip(each) {
-                let Form::TwoLink(own) = side.0 else { return None };
+                let Form::TwoLink(own) = side.form else { return None };
                 *arm = own;
             }
             return Planar::abreast(arms).map(Box::new).map(Self::TwoLinks);
         }
-        let Form::Chain(first) = each[0].0 else { return None };
+        let Form::Chain(first) = each[0].form else { return None };
         let mut chains = [first; LANES];
         for (chain, side) in chains.iter_mut().zip(each) {
-            let Form::Chain(own) = side.0 else { return None };
+            let Form::Chain(own) = side.form else { return None };
             *chain = own;
         }
         Chain::abreast(chains).map(Box::new).map(Self::Chains)
     }
+}
 
-    /// Whether one moves as the other at every q and q̇, in every lane; `None` where they are not of
-    /// one kind.
-    pub fn moves_as(&self, other: &Self) -> Option<bool> {
-        match (self, other) {
-            (Self::TwoLinks(one), Self::TwoLinks(other)) => Some(one.moves_as(other)),
-            (Self::Chains(one), Self::Chains(other)) => Some(one.moves_as(other)),
-            _ => None,
+/// The friction of arms side by side.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Frictions<const N: usize> {
+    pub joints: [JointFriction<Abreast>; N],
+    /// Bounds of ∂f/∂q̇ and of −∂f/∂q̇ [N·m·s/rad].
+    pub steepest: [Abreast; N],
+    pub falls: [Abreast; N],
+}
+
+impl<const N: usize> Frictions<N> {
+    /// These; `None` if only some have a dry part in a joint.
+    fn of(each: [[JointFriction; N]; LANES]) -> Option<Self> {
+        let of = |n: usize, number: fn(&JointFriction) -> f64| {
+            Abreast(each.map(|joints| number(&joints[n])))
+        };
+        let dry = each.map(|joints| joints.map(|joint| joint.is_viscous()));
+        dry.iter().all(|own| *own == dry[0]).then(|| Self {
+            joints: from_fn(|n| JointFriction {
+                viscous: of(n, |it| it.viscous),
+                coulomb: [of(n, |it| it.coulomb[0]), of(n, |it| it.coulomb[1])],
+                stribeck: of(n, |it| it.stribeck),
+                stribeck_speed: of(n, |it| it.stribeck_speed),
+                smoothing: of(n, |it| it.smoothing),
+            }),
+            steepest: from_fn(|n| of(n, JointFriction::steepest)),
+            falls: from_fn(|n| of(n, JointFriction::falls)),
+        })
+    }
+
+    /// f(q̇) of a part.
+    #[inline(always)]
+    pub fn torque<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        dq: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        let mut torque = *dq;
+        for n in 0..N {
+            torque[n] = self.joints[n].load(simd, part).torque(dq[n]);
+        }
+        torque
+    }
+}
+
+impl Load for JointFriction<Abreast> {
+    type In<S: Simd> = JointFriction<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Self { viscous, coulomb, stribeck, stribeck_speed, smoothing } = self;
+        JointFriction {
+            viscous: viscous.load(simd, part),
+            coulomb: coulomb.load(simd, part),
+            stribeck: stribeck.load(simd, part),
+            stribeck_speed: stribeck_speed.load(simd, part),
+            smoothing: smoothing.load(simd, part),
         }
     }
 }
@@ -61,19 +153,20 @@ pub(crate) trait Alike<const N: usize> {
         dq: &Vector<N, Register<S>>,
     ) -> Self::Moves<S>;
 
-    /// M and H = C q̇ + G.
+    /// M and C q̇ + G.
     fn mass_matrix_and_bias<S: Simd>(
         &self,
         at: (S, usize),
         moves: &Self::Moves<S>,
     ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>);
 
-    /// q̈ = M⁻¹(τ − H).
+    /// q̈ = M⁻¹(τ − H), H = C q̇ + G + f.
     fn forward_dynamics<S: Simd>(
         &self,
         at: (S, usize),
         moves: &Self::Moves<S>,
         tau: &Vector<N, Register<S>>,
+        friction: Option<&Vector<N, Register<S>>>,
     ) -> Vector<N, Register<S>>;
 }
 
@@ -114,9 +207,15 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
         (simd, part): (S, usize),
         Planes { first, second, dq }: &Self::Moves<S>,
         tau: &Vector<N, Register<S>>,
+        friction: Option<&Vector<N, Register<S>>>,
     ) -> Vector<N, Register<S>> {
         let (arms, tau) = (self.load(simd, part), two(tau));
-        let bias = arms.rigid_at(*first, *second, dq);
+        let mut bias = arms.rigid_at(*first, *second, dq);
+        if let Some(friction) = friction {
+            let friction = two(friction);
+            bias[0] += friction[0];
+            bias[1] += friction[1];
+        }
         back(&arms.solve(*second, [tau[0] - bias[0], tau[1] - bias[1]]))
     }
 }
@@ -149,9 +248,13 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         at: (S, usize),
         moves: &Self::Moves<S>,
         tau: &Vector<N, Register<S>>,
+        friction: Option<&Vector<N, Register<S>>>,
     ) -> Vector<N, Register<S>> {
-        let (bias, mut net) = (self.biases(at, moves), *tau);
+        let (mut bias, mut net) = (self.biases(at, moves), *tau);
         for n in 0..N {
+            if let Some(friction) = friction {
+                bias[n] += friction[n];
+            }
             net[n] -= bias[n];
         }
         Factor::of(&self.mass_matrices(at, moves)).solve(&net)

@@ -56,6 +56,27 @@ impl<const N: usize, T: Real> Factor<N, T> {
         }
         Vector::<N, T>::from(x)
     }
+
+    /// (M⁻¹)ᵢᵢ: `Σₖ (L⁻¹)ᵢₖ² / dₖ`.
+    #[cfg(feature = "std")]
+    #[inline(always)]
+    pub fn inverse_diagonal(&self) -> Vector<N, T> {
+        let Self { rows, inverse_d } = self;
+        let mut diagonal = Vector::<N, T>::from(*inverse_d);
+        let mut inverse = *rows;
+        for i in 0..N {
+            inverse[i][i] = inverse_d[i].like(1.0);
+            for k in (0..i).rev() {
+                let mut entry = inverse_d[i].like(0.0);
+                for j in k..i {
+                    entry -= rows[i][j] * inverse[j][k];
+                }
+                inverse[i][k] = entry;
+                diagonal[i] += entry * entry * inverse_d[k];
+            }
+        }
+        diagonal
+    }
 }
 
 impl<const N: usize> Factor<N> {
@@ -70,25 +91,6 @@ impl<const N: usize> Factor<N> {
             x[i] = -(k..i).map(|j| rows[i][j] * x[j]).sum::<f64>();
         }
         Some(x)
-    }
-
-    /// (M⁻¹)ᵢᵢ: `Σₖ (L⁻¹)ᵢₖ² / dₖ`.
-    #[cfg(feature = "std")]
-    pub fn inverse_diagonal(&self) -> Vector<N> {
-        let mut inverse = [[0.0; N]; N];
-        Vector::from_fn(|i, _| {
-            inverse[i][i] = 1.0;
-            let mut sum = self.inverse_d[i];
-            for k in (0..i).rev() {
-                let mut entry = 0.0;
-                for j in k..i {
-                    entry -= self.rows[i][j] * inverse[j][k];
-                }
-                inverse[i][k] = entry;
-                sum += entry * entry * self.inverse_d[k];
-            }
-            sum
-        })
     }
 }
 

@@ -5,7 +5,7 @@
 //! the torque at which that breaks away. Simulation solves for it; see [`JointFriction::hold`].
 
 use crate::error::{Error, Result, non_negative, positive};
-use crate::math::{Vector, exp, tanh};
+use crate::math::{Real, Vector, exp};
 
 /// Friction of `N` joints, `fᵢ = bᵢ q̇ᵢ + cᵢ tanh(q̇ᵢ / sᵢ)`. It never drives the arm: q̇ᵀf ≥ 0.
 ///
@@ -24,19 +24,19 @@ pub struct Friction<const N: usize> {
 /// Friction of one joint of a serial arm: viscous, smoothed Coulomb with its own height in each
 /// direction, and Stribeck's excess at low speed. It never drives the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointFriction {
+pub struct JointFriction<T = f64> {
     /// b, viscous coefficient [N·m·s/rad], ≥ 0.
-    pub viscous: f64,
+    pub viscous: T,
     /// c₊ and c₋, Coulomb torque in positive and in negative motion [N·m], ≥ 0.
-    pub coulomb: [f64; 2],
+    pub coulomb: [T; 2],
     /// Excess of the torque at which the joint breaks away over the Coulomb torque [N·m], ≥ 0.
-    pub stribeck: f64,
+    pub stribeck: T,
     /// The speed at which that excess has fallen to 1/e [rad/s], > 0.
-    pub stribeck_speed: f64,
+    pub stribeck_speed: T,
     /// The speed at which the Coulomb torque reaches 76 % [rad/s], ≥ 0; zero for dry friction that
     /// sticks. Above zero, a joint creeps under any torque, at the speed where friction balances
     /// it: 0.55 of the smoothing at half the Coulomb torque.
-    pub smoothing: f64,
+    pub smoothing: T,
 }
 
 impl Default for JointFriction {
@@ -72,22 +72,6 @@ impl JointFriction {
         self.viscous == 0.0 && self.is_viscous()
     }
 
-    fn is_viscous(&self) -> bool {
-        self.coulomb == [0.0; 2] && self.stribeck == 0.0
-    }
-
-    /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the
-    /// velocity `dq` [rad/s], with c₊ for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. With a `smoothing` of
-    /// zero the tanh is the sign of q̇, 0 at rest.
-    #[inline]
-    pub fn torque(&self, dq: f64) -> f64 {
-        let viscous = self.viscous * dq;
-        if self.is_viscous() {
-            return viscous;
-        }
-        viscous + self.dry(dq < 0.0, dq) * self.step(dq)
-    }
-
     /// f [N·m] and ∂f/∂q̇ [N·m·s/rad] at the velocity `dq` [rad/s]; dry friction in the branch of
     /// the direction `sign`, ±1.
     #[inline]
@@ -102,7 +86,7 @@ impl JointFriction {
         } else {
             (sign, 0.0)
         };
-        let dry = self.dry(step < 0.0, dq);
+        let dry = self.dry(step, dq);
         let mut slope = self.viscous + dry * rise;
         if self.stribeck != 0.0 {
             slope -=
@@ -135,21 +119,6 @@ impl JointFriction {
             .then(|| self.coulomb.map(|c| c + self.stribeck))
     }
 
-    /// c± + stribeck · exp(−(q̇/stribeck_speed)²) of one direction [N·m].
-    #[inline]
-    fn dry(&self, backward: bool, dq: f64) -> f64 {
-        let mut dry = self.coulomb[usize::from(backward)];
-        if self.stribeck != 0.0 {
-            dry += self.excess(dq);
-        }
-        dry
-    }
-
-    fn excess(&self, dq: f64) -> f64 {
-        let ratio = dq / self.stribeck_speed;
-        self.stribeck * exp(-(ratio * ratio))
-    }
-
     /// Whether `other` is a part of this friction: what is left neither drives the joint, nor falls
     /// where this friction does not.
     #[cfg(feature = "std")]
@@ -162,24 +131,56 @@ impl JointFriction {
             && (self.smoothing == other.smoothing || other.is_viscous())
             && stribeck
     }
-
-    /// tanh(q̇/smoothing), or its limit for dry friction.
-    #[inline]
-    fn step(&self, dq: f64) -> f64 {
-        if self.smoothing > 0.0 {
-            smooth_sign(dq / self.smoothing)
-        } else if dq == 0.0 {
-            0.0
-        } else {
-            dq.signum()
-        }
-    }
 }
 
-/// tanh x, which is ±1 beyond 22 to the last bit.
-#[inline]
-fn smooth_sign(x: f64) -> f64 {
-    if x.abs() > 22.0 { x.signum() } else { tanh(x) }
+impl<T: Real> JointFriction<T> {
+    /// `f = b q̇ + (c± + stribeck · exp(−(q̇/stribeck_speed)²)) tanh(q̇/smoothing)` [N·m] at the
+    /// velocity `dq` [rad/s], with c₊ for q̇ > 0 and c₋ for q̇ < 0; f q̇ ≥ 0. With a `smoothing` of
+    /// zero the tanh is the sign of q̇, 0 at rest.
+    #[inline(always)]
+    pub fn torque(&self, dq: T) -> T {
+        let viscous = self.viscous * dq;
+        if self.is_viscous() {
+            return viscous;
+        }
+        viscous + self.dry(dq, dq) * self.step(dq)
+    }
+
+    /// Whether nothing of it is dry.
+    #[inline(always)]
+    pub(crate) fn is_viscous(&self) -> bool {
+        let zero = self.viscous.like(0.0);
+        self.coulomb == [zero; 2] && self.stribeck == zero
+    }
+
+    /// c± + stribeck · exp(−(q̇/stribeck_speed)²) in the direction that has the sign of `direction`
+    /// [N·m].
+    #[inline(always)]
+    fn dry(&self, direction: T, dq: T) -> T {
+        let [up, down] = self.coulomb;
+        let mut dry = direction.if_less(dq.like(0.0), down, up);
+        if self.stribeck != dq.like(0.0) {
+            dry += self.excess(dq);
+        }
+        dry
+    }
+
+    #[inline(always)]
+    fn excess(&self, dq: T) -> T {
+        let ratio = dq / self.stribeck_speed;
+        self.stribeck * (-(ratio * ratio)).exp()
+    }
+
+    /// tanh(q̇/smoothing), or its limit for dry friction.
+    #[inline(always)]
+    fn step(&self, dq: T) -> T {
+        let (zero, one) = (dq.like(0.0), dq.like(1.0));
+        if zero.any_less(self.smoothing) {
+            (dq / self.smoothing).tanh()
+        } else {
+            dq.if_less(zero, -one, zero.if_less(dq, one, zero))
+        }
+    }
 }
 
 /// tanh x to an absolute error of 2e-16, in half the time. Good for a torque; not where the error

@@ -20,7 +20,7 @@ mod side;
 mod two_link;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::{Alike, ArmsAbreast};
+pub(crate) use abreast::{Alike, ArmsAbreast, Frictions, Kind};
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;

@@ -179,9 +179,7 @@ impl Arm<2> for TwoLink {
     #[inline]
     fn gravity(&self, q: &Vector<2>) -> Vector<2> {
         let first = self.planar.first(q[0]);
-        first.map_or_else(Vector::<2>::zeros, |first| {
-            self.planar.gravity_at(first, sin_cos(q[1]))
-        })
+        first.map_or_else(Vector::<2>::zeros, |first| self.planar.gravity_at(first, sin_cos(q[1])))
     }
 
     fn joint_friction(&self, joint: usize) -> JointFriction {
@@ -194,7 +192,9 @@ impl Arm<2> for TwoLink {
 
     #[cfg(feature = "std")]
     fn side(&self) -> Option<Side<'_, 2>> {
-        (!self.has_friction).then(|| Side::two_link(&self.planar))
+        let friction = [0, 1].map(|joint| self.joint_friction(joint));
+        let smooth = !self.sticks;
+        smooth.then(|| Side::two_link(&self.planar, self.has_friction.then_some(friction)))
     }
 
     fn rigid_dynamics(

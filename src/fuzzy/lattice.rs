@@ -204,7 +204,7 @@ impl Spaced {
 
     /// Whether each centre is one step from the one before.
     pub fn is_even(&self) -> bool {
-        self.pattern.steps[..self.len()].iter().enumerate().all(|(k, step)| k == (*step).into())
+        self.pattern.steps[..self.len()].iter().enumerate().all(|(k, step)| k == usize::from(*step))
     }
 
     /// t at x, and NaN where x is beyond the reach of the lattice, or 0.

@@ -3,11 +3,10 @@
 
 use pulp::Simd;
 
+use super::real::ROUNDER;
+
 /// Exponents are clamped to this: e^±690 is a normal float, and nearly the largest.
 const LARGEST_EXPONENT: f64 = 690.0;
-
-/// 1.5 · 2⁵²: a float this large holds whole numbers only, in its lowest bits.
-const ROUNDER: f64 = 6755399441055744.0;
 
 /// ln 2 in two pieces; the first has so few digits that its products with exponents are exact.
 const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];

@@ -5,6 +5,8 @@
 
 #[cfg(feature = "std")]
 mod abreast;
+#[cfg(feature = "std")]
+mod exp_tanh;
 mod exponential;
 mod real;
 #[cfg(feature = "std")]

@@ -8,6 +8,9 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use super::{Matrix, Vector};
 
+/// 1.5 · 2⁵²: a float this large holds whole numbers only, in its lowest bits.
+pub(super) const ROUNDER: f64 = 6755399441055744.0;
+
 /// A number, or several side by side.
 pub trait Real:
     Copy
@@ -28,6 +31,9 @@ pub trait Real:
     /// `then` where `self` < `other`, and `otherwise` elsewhere, also at NaN.
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
 
+    /// Whether any is less than that of `other`.
+    fn any_less(self, other: Self) -> bool;
+
     /// |x|.
     fn abs(self) -> Self;
 
@@ -37,11 +43,27 @@ pub trait Real:
     /// eˣ by a series, for −690 ≤ x ≤ 690, and as at the nearer end beyond.
     fn series_exp(self) -> Self;
 
+    /// eˣ.
+    fn exp(self) -> Self;
+
+    /// tanh x.
+    fn tanh(self) -> Self;
+
     /// (sin x, cos x), x in radians.
     fn sin_cos(self) -> (Self, Self);
 
+    /// 2ᵏ x, where that and x are normal numbers and k is a whole one.
+    fn scaled(self, k: Self) -> Self;
+
     /// x plus or minus the turns that bring it into [−π, π).
     fn around(self) -> Self;
+
+    /// The whole number next to x, |x| < 2⁵¹.
+    #[inline(always)]
+    fn whole(self) -> Self {
+        let rounder = self.like(ROUNDER);
+        (self + rounder) - rounder
+    }
 
     /// x, or 0 where |x| is smaller than `least`.
     #[inline(always)]
@@ -68,6 +90,11 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn any_less(self, other: Self) -> bool {
+        self < other
+    }
+
+    #[inline(always)]
     fn abs(self) -> Self {
         f64::abs(self)
     }
@@ -78,8 +105,23 @@ impl Real for f64 {
     }
 
     #[inline(always)]
+    fn exp(self) -> Self {
+        super::exp(self)
+    }
+
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        super::tanh(self)
+    }
+
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         super::sin_cos(self)
+    }
+
+    #[inline(always)]
+    fn scaled(self, k: Self) -> Self {
+        f64::from_bits(self.to_bits().wrapping_add((k + ROUNDER).to_bits() << 52))
     }
 
     #[inline(always)]

@@ -9,8 +9,10 @@ use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use nalgebra::{ArrayStorage, SMatrix};
 use pulp::Simd;
 
+use super::exp_tanh::{near_exp, near_tanh, rare_exp};
+use super::real::ROUNDER;
 use super::sines::{near, rare};
-use super::{Abreast, LANES, Real, Vector, around, exponential, sin_cos};
+use super::{Abreast, LANES, Real, Vector, around, exp, exponential, sin_cos};
 
 /// As many numbers as a register of the instruction set `S` holds; in memory, in one cache line.
 #[derive(Clone, Copy)]
@@ -114,6 +116,12 @@ impl<S: Simd> Real for Register<S> {
     }
 
     #[inline(always)]
+    fn any_less(self, other: Self) -> bool {
+        let less = self.simd.less_than_f64s(self.numbers, other.numbers);
+        self.simd.first_true_m64s(less) != S::F64_LANES
+    }
+
+    #[inline(always)]
     fn abs(self) -> Self {
         Self { numbers: self.simd.abs_f64s(self.numbers), ..self }
     }
@@ -124,10 +132,30 @@ impl<S: Simd> Real for Register<S> {
     }
 
     #[inline(always)]
+    fn exp(self) -> Self {
+        if self.like(0.0).any_less(rare_exp(self)) {
+            let [y] = self.one_by_one(|x| [exp(x)]);
+            return y;
+        }
+        near_exp(self)
+    }
+
+    #[inline(always)]
+    fn tanh(self) -> Self {
+        near_tanh(self)
+    }
+
+    #[inline(always)]
+    fn scaled(self, k: Self) -> Self {
+        let (simd, k) = (self.simd, (k + k.like(ROUNDER)).numbers);
+        let exponent = simd.mul_u64s(simd.transmute_u64s_f64s(k), simd.splat_u64s(1 << 52));
+        let bits = simd.add_u64s(simd.transmute_u64s_f64s(self.numbers), exponent);
+        Self { numbers: simd.transmute_f64s_u64s(bits), ..self }
+    }
+
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        let is_rare = rare(self);
-        let any = self.simd.less_than_f64s(self.simd.splat_f64s(0.0), is_rare.numbers);
-        if self.simd.first_true_m64s(any) == S::F64_LANES {
+        if !self.like(0.0).any_less(rare(self)) {
             return near(self);
         }
         let [sin, cos] = self.one_by_one(|x| sin_cos(x).into());

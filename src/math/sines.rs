@@ -7,9 +7,8 @@
 
 use super::Real;
 
-/// 2/π; 1.5 · 2⁵², which rounds what it is added to; the first 33 digits of π/2, and the rest.
+/// 2/π; the first 33 digits of π/2, and the rest.
 const TURNS: f64 = core::f64::consts::FRAC_2_PI;
-const ROUNDER: f64 = 6755399441055744.0;
 const QUARTER: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
 /// Below these an angle is not reduced, and its sine is itself.
 const UNREDUCED: f64 = f64::from_bits(0x3fe9_21fc << 32);
@@ -46,17 +45,10 @@ struct Reduced<T> {
 
 #[inline(always)]
 fn reduced<T: Real>(x: T) -> Reduced<T> {
-    let n = whole(x * x.like(TURNS));
+    let n = (x * x.like(TURNS)).whole();
     let (r, w) = (x - n * x.like(QUARTER[0]), n * x.like(QUARTER[1]));
     let y = r - w;
     Reduced { n, y, rest: (r - y) - w }
-}
-
-/// The whole number next to x.
-#[inline(always)]
-fn whole<T: Real>(x: T) -> T {
-    let rounder = x.like(ROUNDER);
-    (x + rounder) - rounder
 }
 
 /// 1 where [`near`] is not as the libm crate, and 0 elsewhere.
@@ -81,8 +73,8 @@ pub(super) fn near<T: Real>(x: T) -> (T, T) {
     let rest = size.if_less(small, zero, rest);
     let (sin, cos) = (sine(y, rest, size), cosine(y, rest, size));
     // n mod 2, and n mod 4 in −2 … 2.
-    let odd = (n - x.like(2.0) * whole(n * x.like(0.5))).abs();
-    let quarter = n - x.like(4.0) * whole(n * x.like(0.25));
+    let odd = (n - x.like(2.0) * (n * x.like(0.5)).whole()).abs();
+    let quarter = n - x.like(4.0) * (n * x.like(0.25)).whole();
     let half = x.like(0.5);
     let (s, c) = (odd.if_less(half, sin, cos), odd.if_less(half, cos, sin));
     // In quarters 2 and 3 the sine is negative, in 1 and 2 the cosine.

@@ -8,7 +8,7 @@ use super::recorder::Recorder;
 use super::stiff::{self, Moved, beyond_rk4, falling};
 use crate::arm::{Arm, Posed, Resistance};
 use crate::effects::Actuators;
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 use crate::plant::{Disturbance, Plant};
 
 /// The plant under a held torque: one step of length `h` \[s\] from time `t`, by RK4, or with
@@ -245,4 +245,23 @@ fn parts<const N: usize>(
     let parts = libm::ceil((0..N).map(braking).fold(fall, f64::max)).clamp(1.0, MOST_PARTS);
     let lost = falling.filter(|(rate, _)| *rate > parts).map(|(_, joint)| (joint, Coarse::Falling));
     (parts, lost)
+}
+
+/// Of arms side by side whose steps are not stiff, with friction that brakes and falls like this:
+/// NaN where there is to be more than one part, and 0 elsewhere.
+#[inline(always)]
+pub(super) fn in_one_part<const N: usize, T: Real>(
+    inverse: &Vector<N, T>,
+    (viscous, falls): (&[T; N], &[T; N]),
+    h: f64,
+) -> T {
+    let mut more = inverse[0].like(0.0);
+    let (one, lost) = (more.like(1.0), more.like(f64::NAN));
+    for i in 0..N {
+        let x = more.like(h) * viscous[i] * inverse[i];
+        more = one.if_less(x / x.like(MOST_FOLLOWED), lost, more);
+        let rate = x.like(h) * inverse[i] * falls[i];
+        more = one.if_less(rate / x.like(MOST_FALL), lost, more);
+    }
+    more
 }

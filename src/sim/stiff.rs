@@ -105,6 +105,26 @@ pub(super) fn beyond_rk4<const N: usize>(
     h * braking > MOST_BRAKING || (0..N).any(|i| is_hard(&inverse, &laws[i], i, h))
 }
 
+/// The same of arms without stops side by side, with these largest slopes of their friction: NaN
+/// where a step is beyond RK4 alone, and 0 elsewhere.
+#[inline(always)]
+pub(super) fn none_beyond_rk4<const N: usize, T: Real>(
+    mass: &Matrix<N, T>,
+    inverse: &Vector<N, T>,
+    steepest: &[T; N],
+    h: f64,
+) -> T {
+    let zero = inverse[0].like(0.0);
+    let (most, lost, mut braking, mut beyond) =
+        (zero.like(MOST_BRAKING), zero.like(f64::NAN), zero, zero);
+    for i in 0..N {
+        let rate = zero.like(h) * steepest[i];
+        beyond = (most * mass[(i, i)]).if_less(rate, lost, beyond);
+        braking += inverse[i] * steepest[i];
+    }
+    most.if_less(zero.like(h) * braking, lost, beyond)
+}
+
 /// What opposes the motion of the plant's joints, less the friction that the controller's law
 /// cancels. Where that is not part of the plant's friction, nothing is taken off: the rest would
 /// drive the joint.

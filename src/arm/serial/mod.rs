@@ -41,11 +41,11 @@ use crate::arm::Side;
 use crate::arm::{Arm, Factor, JointFriction, Posed};
 use crate::error::{Result, finite, not_empty};
 use crate::math::{Matrix, Vector};
+#[cfg(feature = "std")]
+pub(crate) use abreast::Frames;
 pub(super) use joint::Chain;
 use joint::Mass;
 use place::{Of, PoseNames};
-#[cfg(feature = "std")]
-pub(crate) use abreast::Frames;
 use space::V3;
 use validate::validate_pose;
 
@@ -285,7 +285,9 @@ impl<const N: usize> Arm<N> for Serial<N> {
 
     #[cfg(feature = "std")]
     fn side(&self) -> Option<Side<'_, N>> {
-        (!self.has_friction && !self.has_stops).then(|| Side::chain(&self.chain))
+        let friction = self.chain.joints.each_ref().map(|joint| joint.friction);
+        let plain = !self.sticks && !self.has_stops && N <= SHORT;
+        plain.then(|| Side::chain(&self.chain, self.has_friction.then_some(friction)))
     }
 
     fn rigid_dynamics(

@@ -47,11 +47,11 @@ where
             effort_limits(cases.map(|case| case.plant.effort_limit())),
         ];
         let alike = bodies.plants.moves_as(laws.arms())?;
-        let asked = bodies.now.applied;
+        let one_friction = bodies.plants.friction == laws.arms().friction;
         Some(Self {
             around: Surroundings::new(cases),
             bodies: Box::new(bodies),
-            drivers: Box::new(Drivers { laws, alike, limits, asked }),
+            drivers: Box::new(Drivers { laws, alike, one_friction, limits }),
             compensators: Estimators::new(cases),
         })
     }
@@ -88,9 +88,9 @@ where
         around.push(time, &bodies.now.seen);
         let Bodies { arch, now, lost, .. } = &mut **bodies;
         let rho_hat = compensators.estimate(*arch, stage, &now.seen, lost);
-        bodies.act(drivers, stage.index, rho_hat, &around.tau_d);
+        bodies.act(drivers, (stage.index, h), rho_hat, &around.tau_d);
         let Bodies { arch, now, .. } = &**bodies;
-        compensators.acted(*arch, stage.index, &now.seen, &drivers.asked, &now.applied);
+        compensators.acted(*arch, stage.index, &now.seen, &now.asked, &now.applied);
     }
 }
 

@@ -7,7 +7,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
-use crate::arm::{Alike, Arm, ArmsAbreast};
+use crate::arm::{Arm, ArmsAbreast};
 use crate::control::{Law, LawsAbreast, Limits, Sample};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
@@ -39,8 +39,10 @@ pub(super) struct Now<const N: usize> {
     /// The start of the step, and the rates at its stages.
     pub start: Motion<N, Abreast>,
     pub rates: [Motion<N, Abreast>; 4],
-    /// The latest stage: what the controllers see there, and what acts; v and ρ̂.
+    /// The latest stage: what the controllers see there, what they ask for, and what acts; v and
+    /// ρ̂.
     pub seen: Sample<N, Abreast>,
+    pub asked: Vector<N, Abreast>,
     pub applied: Vector<N, Abreast>,
     pub v: Vector<N, Abreast>,
     pub rho_hat: Vector<N, Abreast>,
@@ -49,12 +51,11 @@ pub(super) struct Now<const N: usize> {
 /// The laws that drive them in continuous time.
 pub(super) struct Drivers<const N: usize> {
     pub laws: LawsAbreast<N>,
-    /// Whether the laws' arms move as the plants at every q and q̇.
+    /// Whether the laws' arms move as the plants at every q and q̇, and have their friction.
     pub alike: bool,
+    pub one_friction: bool,
     /// Limits of the controllers, and of the plants.
     pub limits: [Limits<N, Abreast>; 2],
-    /// What the laws asked for at the latest stage.
-    pub asked: Vector<N, Abreast>,
 }
 
 impl<const N: usize> Bodies<N> {
@@ -83,6 +84,7 @@ impl<const N: usize> Bodies<N> {
                 start,
                 rates: [start; 4],
                 seen: Sample { q: zeros, dq: zeros, desired, e: zeros, de: zeros },
+                asked: zeros,
                 applied: zeros,
                 v: zeros,
                 rho_hat: zeros,
@@ -115,23 +117,6 @@ impl<const N: usize> Bodies<N> {
     /// Goes to stage i of a step of `h` \[s\].
     pub fn go(&mut self, i: usize, h: f64, desired: &Setpoint<N, Abreast>) {
         self.arch.dispatch(Go { bodies: self, i, h, desired });
-    }
-
-    /// Moves stage i by the laws of `drivers`, with estimates `rho_hat` and under disturbances
-    /// `tau_d`.
-    pub fn act(
-        &mut self,
-        drivers: &mut Drivers<N>,
-        i: usize,
-        rho_hat: &Vector<N, Abreast>,
-        tau_d: &Vector<N, Abreast>,
-    ) {
-        self.arch.dispatch(Act { bodies: self, drivers, i, rho_hat, tau_d });
-    }
-
-    /// Moves stage i by what is applied, under disturbances `tau_d`.
-    pub fn fly(&mut self, i: usize, tau_d: &Vector<N, Abreast>) {
-        self.arch.dispatch(Fly { bodies: self, i, tau_d });
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
@@ -178,136 +163,6 @@ impl<const N: usize> WithSimd for Go<'_, N> {
             store(&seen.desired.dq, &mut desired.dq, part);
             store(&seen.desired.ddq, &mut desired.ddq, part);
         }
-    }
-}
-
-struct Act<'a, const N: usize> {
-    bodies: &'a mut Bodies<N>,
-    drivers: &'a mut Drivers<N>,
-    i: usize,
-    rho_hat: &'a Vector<N, Abreast>,
-    tau_d: &'a Vector<N, Abreast>,
-}
-
-impl<const N: usize> WithSimd for Act<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies: Bodies { plants, now, .. }, drivers, i, rho_hat, tau_d } = self;
-        let Drivers { laws, alike, limits, asked } = drivers;
-        let arms = (&*plants, laws.arms());
-        for part in 0..Register::<S>::PARTS {
-            let (at, pushed) = ((simd, part), (i, tau_d.load(simd, part)));
-            let acting = Acting { laws, alike: *alike, limits, rho_hat: rho_hat.load(simd, part) };
-            let asks = match arms {
-                (ArmsAbreast::TwoLinks(plants), ArmsAbreast::TwoLinks(models)) => {
-                    acting.act(at, now, (&**plants, &**models), pushed)
-                }
-                (ArmsAbreast::Chains(plants), ArmsAbreast::Chains(models)) => {
-                    acting.act(at, now, (&**plants, &**models), pushed)
-                }
-                // Arms of two kinds do not go side by side.
-                _ => continue,
-            };
-            store(&asks, asked, part);
-        }
-    }
-}
-
-/// Laws in registers, with the estimates of their compensators.
-struct Acting<'a, const N: usize, S: Simd> {
-    laws: &'a LawsAbreast<N>,
-    alike: bool,
-    limits: &'a [Limits<N, Abreast>; 2],
-    rho_hat: Vector<N, Register<S>>,
-}
-
-impl<const N: usize, S: Simd> Acting<'_, N, S> {
-    /// Moves a stage under a disturbance; the torque that is asked for.
-    #[inline(always)]
-    fn act<K: Alike<N>>(
-        &self,
-        (simd, part): (S, usize),
-        now: &mut Now<N>,
-        (plants, models): (&K, &K),
-        pushed: (usize, Vector<N, Register<S>>),
-    ) -> Vector<N, Register<S>> {
-        let (at, seen) = ((simd, part), now.seen.load(simd, part));
-        let moves = plants.moves(at, &seen.q, &seen.dq);
-        let dynamics = if self.alike {
-            models.mass_matrix_and_bias(at, &moves)
-        } else {
-            models.mass_matrix_and_bias(at, &models.moves(at, &seen.q, &seen.dq))
-        };
-        let demand = self.laws.torque(at, dynamics, &seen, &self.rho_hat);
-        let mut asked = demand.model;
-        for n in 0..N {
-            asked[n] += demand.compensation[n];
-        }
-        let [controllers, actuators] = self.limits;
-        let tau = controllers.load(simd, part).clamp(&asked);
-        let applied = actuators.load(simd, part).clamp(&tau);
-        store(&applied, &mut now.applied, part);
-        store(&demand.v, &mut now.v, part);
-        store(&self.rho_hat, &mut now.rho_hat, part);
-        now.accelerate(at, plants, &moves, pushed);
-        asked
-    }
-}
-
-struct Fly<'a, const N: usize> {
-    bodies: &'a mut Bodies<N>,
-    i: usize,
-    tau_d: &'a Vector<N, Abreast>,
-}
-
-impl<const N: usize> WithSimd for Fly<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies: Bodies { plants, now, .. }, i, tau_d } = self;
-        for part in 0..Register::<S>::PARTS {
-            let (at, pushed) = ((simd, part), (i, tau_d.load(simd, part)));
-            match &*plants {
-                ArmsAbreast::TwoLinks(plants) => now.fly(at, &**plants, pushed),
-                ArmsAbreast::Chains(plants) => now.fly(at, &**plants, pushed),
-            }
-        }
-    }
-}
-
-impl<const N: usize> Now<N> {
-    /// The rates at stage i of a part, under what is applied and a disturbance.
-    #[inline(always)]
-    fn fly<S: Simd, K: Alike<N>>(
-        &mut self,
-        (simd, part): (S, usize),
-        plants: &K,
-        pushed: (usize, Vector<N, Register<S>>),
-    ) {
-        let (q, dq) = (self.seen.q.load(simd, part), self.seen.dq.load(simd, part));
-        let moves = plants.moves((simd, part), &q, &dq);
-        self.accelerate((simd, part), plants, &moves, pushed);
-    }
-
-    /// The same of plants that move so.
-    #[inline(always)]
-    fn accelerate<S: Simd, K: Alike<N>>(
-        &mut self,
-        (simd, part): (S, usize),
-        plants: &K,
-        moves: &K::Moves<S>,
-        (i, tau_d): (usize, Vector<N, Register<S>>),
-    ) {
-        let mut net = self.applied.load(simd, part);
-        for n in 0..N {
-            net[n] -= tau_d[n];
-        }
-        let ddq = plants.forward_dynamics((simd, part), moves, &net);
-        store(&self.seen.dq.load(simd, part), &mut self.rates[i].q, part);
-        store(&ddq, &mut self.rates[i].dq, part);
     }
 }
 
@@ -374,64 +229,6 @@ impl<const N: usize> WithSimd for End<'_, N> {
             smooth.swing.store(swing, part);
             store(&moved.motion.q, &mut now.start.q, part);
             store(&moved.motion.dq, &mut now.start.dq, part);
-        }
-    }
-}
-
-impl<const N: usize> Load for Motion<N, Abreast> {
-    type In<S: Simd> = Motion<N, Register<S>>;
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        Motion { q: self.q.load(simd, part), dq: self.dq.load(simd, part) }
-    }
-}
-
-impl<const N: usize> Load for [Motion<N, Abreast>; 4] {
-    type In<S: Simd> = [Motion<N, Register<S>>; 4];
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        let [a, b, c, d] = self;
-        [a.load(simd, part), b.load(simd, part), c.load(simd, part), d.load(simd, part)]
-    }
-}
-
-impl<const N: usize> Load for Setpoint<N, Abreast> {
-    type In<S: Simd> = Setpoint<N, Register<S>>;
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        let Self { q, dq, ddq } = self;
-        Setpoint { q: q.load(simd, part), dq: dq.load(simd, part), ddq: ddq.load(simd, part) }
-    }
-}
-
-impl<const N: usize> Load for Sample<N, Abreast> {
-    type In<S: Simd> = Sample<N, Register<S>>;
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        let Self { q, dq, desired, e, de } = self;
-        Sample {
-            q: q.load(simd, part),
-            dq: dq.load(simd, part),
-            desired: desired.load(simd, part),
-            e: e.load(simd, part),
-            de: de.load(simd, part),
-        }
-    }
-}
-
-impl<const N: usize> Load for Limits<N, Abreast> {
-    type In<S: Simd> = Limits<N, Register<S>>;
-
-    #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
-        let Self { effort_limit, effort_rate_limit } = self;
-        Limits {
-            effort_limit: effort_limit.load(simd, part),
-            effort_rate_limit: effort_rate_limit.load(simd, part),
         }
     }
 }

@@ -3,15 +3,20 @@
 //! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. The way
 //! through: a `case` is a run; `abreast` (continuous time) and `sampled` are loops of eight, a run
 //! a lane; `surroundings` are what these are asked to do and what pushes them, `bodies` their arms,
-//! `estimators` what compensates. What is left over, and what was lost, goes alone.
+//! `forces` what moves these, `estimators` what compensates. What is left over, and what was lost,
+//! goes alone.
 
 mod abreast;
 mod bodies;
 mod case;
 mod course;
 mod estimators;
+mod forces;
+mod registers;
 mod sampled;
 mod surroundings;
+#[cfg(test)]
+mod tests;
 
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -199,70 +204,4 @@ where
             ControlFlow::Continue(())
         }
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::arm::{TwoLink, TwoLinkParameters};
-    use crate::control::{
-        ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, State,
-    };
-    use crate::effects::Effects;
-    use crate::fuzzy::{Axis, Form, FuzzyBasis};
-    use crate::math::Vector;
-    use crate::plant::Plant;
-    use crate::reference::Setpoint;
-
-    /// Every instruction set that this processor has: registers of 1, 4 and 8 numbers.
-    fn instruction_sets() -> Vec<Arch> {
-        let mut all = vec![Arch::Scalar];
-        #[cfg(target_arch = "x86_64")]
-        {
-            all.extend(pulp::x86::V3::try_new().map(Arch::V3));
-            all.extend(pulp::x86::V4::try_new().map(Arch::V4));
-        }
-        all
-    }
-
-    fn arm(mass: f64) -> TwoLink {
-        let gravity = 9.81;
-        let (length, inertia) = ([0.5; 2], [0.3; 2]);
-        let numbers =
-            TwoLinkParameters { mass: [mass; 2], length, inertia, gravity, ..Default::default() };
-        TwoLink::new(numbers).unwrap()
-    }
-
-    /// The runs really go side by side, and all but the one that diverges have the bits of one at a
-    /// time.
-    #[test]
-    fn ordinary_runs_go_side_by_side_on_every_instruction_set() {
-        let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
-        let axis = Axis { centers: &[-1.0, -0.5, 0.0, 0.5, 1.0], widths: &[0.6] };
-        let basis = FuzzyBasis::new(Form::PerJoint { joints: 2 }, true, &[axis; 4]).unwrap();
-        let learns = FuzzyCompensator::new(basis, &gains, FuzzyParameters::default()).unwrap();
-        let controller = &Controller::new(ComputedTorque::new(arm(4.0), gains), learns);
-        let state = &State::new(controller.compensator.state());
-        let reference = &|t: f64| Setpoint::at_rest(Vector::<2>::new(0.3 * t, -0.2));
-        let plants: [_; LANES] = core::array::from_fn(|i| {
-            let factor = if i == 3 { 1e9 } else { 1.0 };
-            let push = move |q: &Vector<2>, _: &Vector<2>, _: f64| q * factor;
-            Plant::new(arm(5.0 + i as f64), push)
-        });
-        let cases = plants.each_ref().map(|plant| {
-            let (q0, dq0, effects) = ([0.4, -0.3], [0.0; 2], Effects::default());
-            Case { plant, controller, state, reference, q0, dq0, effects }
-        });
-        let record = Record::Metrics(Window { from: 0.1, to: 0.3, band: 0.01 });
-        let options = Options { duration: 0.5, record, ..Options::default() };
-        let stop = AtomicBool::new(false);
-        for arch in instruction_sets() {
-            let runs = abreast(&cases, &options, &stop, arch);
-            for (i, run) in runs.iter().enumerate() {
-                let alone = alone(&cases[i], &options, &stop).unwrap();
-                assert_eq!(run.is_none(), i == 3);
-                assert!(run.as_ref().is_none_or(|run| *run == alone), "{i}");
-            }
-        }
-    }
 }

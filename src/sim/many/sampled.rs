@@ -63,7 +63,7 @@ where
             if k.is_multiple_of(hold) && k < steps {
                 self.decide(k > 0, hold as f64 * h);
             }
-            self.fly(0, t);
+            self.fly((0, h), t);
             self.bodies.note(t, course.counts(k));
             if k == steps {
                 break;
@@ -73,7 +73,7 @@ where
             }
             for i in 1..4 {
                 self.bodies.go(i, h, &self.around.desired);
-                self.fly(i, t + RK4.nodes[i] * h);
+                self.fly((i, h), t + RK4.nodes[i] * h);
             }
             self.bodies.end(h);
         }
@@ -81,10 +81,10 @@ where
         self.bodies.metrics()
     }
 
-    /// Lets the arms go on at stage i, at time `t` \[s\].
-    fn fly(&mut self, i: usize, t: f64) {
+    /// Lets the arms go on at stage i of a step of `h` \[s\], at time `t` \[s\].
+    fn fly(&mut self, (i, h): (usize, f64), t: f64) {
         self.around.push(t, &self.bodies.now.seen);
-        self.bodies.fly(i, &self.around.tau_d);
+        self.bodies.fly((i, h), &self.around.tau_d);
     }
 
     /// Asks every controller for the torque of a period \[s\]; it is told what acted in the one

@@ -1,0 +1,169 @@
+//! Which runs really go side by side, on every instruction set: all would have the right bits alone
+//! too.
+
+use core::sync::atomic::AtomicBool;
+
+use nalgebra::Vector3;
+use pulp::Arch;
+
+use super::*;
+use crate::arm::{
+    Friction, Inertia, JointFriction, JointKind, Link, Pose, Serial, SerialParameters, TwoLink,
+    TwoLinkParameters,
+};
+use crate::control::{
+    ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, NoCompensation, State,
+};
+use crate::effects::Effects;
+use crate::fuzzy::{Axis, Form, FuzzyBasis};
+use crate::math::{Matrix, Vector};
+use crate::plant::Plant;
+use crate::reference::{Harmonic, Setpoint, Sines};
+
+/// Every instruction set that this processor has: registers of 1, 4 and 8 numbers.
+fn instruction_sets() -> Vec<Arch> {
+    let mut all = vec![Arch::Scalar];
+    #[cfg(target_arch = "x86_64")]
+    {
+        all.extend(pulp::x86::V3::try_new().map(Arch::V3));
+        all.extend(pulp::x86::V4::try_new().map(Arch::V4));
+    }
+    all
+}
+
+/// Those of these runs that go side by side, on every instruction set, with the bits that they have
+/// alone.
+fn together<const N: usize, A, D, L, C, S>(
+    plants: &[Plant<N, A, D>; LANES],
+    controller: &Controller<N, L, C>,
+    state: &State<N, S>,
+    control_period: Option<f64>,
+) -> [bool; LANES]
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    S: Clone,
+{
+    let reference = &|t: f64| Setpoint {
+        q: Vector::<N>::repeat(0.1 * t),
+        ..Setpoint::at_rest(Vector::<N>::repeat(0.0))
+    };
+    let cases = plants.each_ref().map(|plant| {
+        let (q0, dq0, effects) = ([0.1; N], [0.05; N], Effects::default());
+        Case { plant, controller, state, reference, q0, dq0, effects }
+    });
+    let record = Record::Metrics(Window { from: 0.05, to: 0.15, band: 0.01 });
+    let options = Options { duration: 0.25, record, control_period, ..Options::default() };
+    let stop = AtomicBool::new(false);
+    let alone = cases.each_ref().map(|case| alone(case, &options, &stop).unwrap());
+    let mut went = None;
+    for arch in instruction_sets() {
+        let runs = abreast(&cases, &options, &stop, arch);
+        for (i, run) in runs.iter().enumerate() {
+            assert!(run.as_ref().is_none_or(|run| *run == alone[i]), "{i}");
+        }
+        let those = runs.each_ref().map(Option::is_some);
+        assert_eq!(*went.get_or_insert(those), those);
+    }
+    went.unwrap()
+}
+
+/// The same with computed torque of this arm, in continuous time and sampled; and with what learns.
+fn all_ways<const N: usize, A: Arm<N> + Clone>(
+    plants: &[Plant<N, A, Push<N>>; LANES],
+    arm: A,
+) -> [bool; LANES] {
+    let gains = Gains::new([60.0; N], [14.0; N]).unwrap();
+    let law = ComputedTorque::new(arm, gains);
+    let plain = &Controller::new(law.clone(), NoCompensation);
+    let axis = Axis { centers: &[-1.0, -0.5, 0.0, 0.5, 1.0], widths: &[0.6] };
+    let basis = FuzzyBasis::new(Form::PerJoint { joints: N }, true, &vec![axis; 2 * N]).unwrap();
+    let learns = FuzzyCompensator::new(basis, &gains, FuzzyParameters::default()).unwrap();
+    let learning = &Controller::new(law, learns);
+    let state = State::new(learning.compensator.state());
+    let ways = [None, Some(1e-3), Some(4e-3)].map(|period| {
+        let went = together(plants, plain, &State::new(()), period);
+        assert_eq!(together(plants, learning, &state, period), went);
+        went
+    });
+    assert_eq!(ways, [ways[0]; 3]);
+    ways[0]
+}
+
+fn two_link(mass: f64, friction: Friction<2>) -> TwoLink {
+    let numbers = TwoLinkParameters {
+        mass: [mass; 2],
+        length: [0.5; 2],
+        inertia: [0.3; 2],
+        gravity: 9.81,
+        friction,
+    };
+    TwoLink::new(numbers).unwrap()
+}
+
+/// A chain with a joint that slides, of links that are not symmetric.
+fn chain<const N: usize>(load: f64, friction: JointFriction) -> Serial<N> {
+    let links = core::array::from_fn(|i| {
+        let place = Pose::at(Vector3::new(0.3, 0.05 * i as f64, -0.1));
+        let axis = [Vector3::z(), Vector3::y(), Vector3::x()][i % 3];
+        let com = Vector3::new(0.1, -0.05, 0.02);
+        let inertia =
+            Inertia { moments: Matrix::<3>::identity() * 0.2, ..Inertia::point_mass(2.0, com) };
+        let kind = if i == 1 { JointKind::Prismatic } else { JointKind::Revolute };
+        Link { friction, ..Link::new(kind, place, axis, inertia) }
+    });
+    let gravity = [0.0, 0.0, -9.81];
+    let arm = Serial::new(SerialParameters { links, tip: Pose::IDENTITY, gravity }).unwrap();
+    arm.with_payload(&Inertia::point_mass(load, Vector3::zeros())).unwrap()
+}
+
+type Push<const N: usize> = Sines<N, [Harmonic<N>; 1]>;
+
+fn pushed<const N: usize, A: Arm<N>>(arm: A) -> Plant<N, A, Push<N>> {
+    let harmonic = Harmonic { frequency: 3.0, sin: [0.1; N], cos: [0.2; N] };
+    Plant::new(arm, Sines::new([0.2; N], [harmonic]).unwrap())
+}
+
+#[test]
+fn ordinary_runs_go_side_by_side() {
+    let smooth = Friction { viscous: [0.4, 0.2], coulomb: [0.5, 0.0], smoothing: [0.2, 0.1] };
+    for friction in [Friction::default(), smooth] {
+        let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, friction)));
+        assert_eq!(all_ways(&plants, two_link(4.0, friction)), [true; LANES]);
+        assert_eq!(all_ways(&plants, two_link(4.0, Friction::default())), [true; LANES]);
+    }
+    let coulomb = [0.3, 0.2];
+    let smooth = JointFriction { viscous: 0.5, coulomb, smoothing: 0.2, ..Default::default() };
+    let falling = JointFriction { stribeck: 0.1, stribeck_speed: 0.3, ..smooth };
+    for friction in [JointFriction::default(), smooth, falling] {
+        let plants = core::array::from_fn(|i| pushed(chain::<4>(0.2 * i as f64, friction)));
+        assert_eq!(all_ways(&plants, chain(0.5, friction)), [true; LANES]);
+        assert_eq!(all_ways(&plants, chain(0.5, JointFriction::default())), [true; LANES]);
+    }
+}
+
+#[test]
+fn a_run_that_is_not_ordinary_goes_alone() {
+    let arm = two_link(4.0, Friction::default());
+    let plants: [_; LANES] = core::array::from_fn(|i| {
+        let factor = if i == 3 { 1e9 } else { 1.0 };
+        let push = move |q: &Vector<2>, _: &Vector<2>, _: f64| q * factor;
+        Plant::new(two_link(5.0 + i as f64, Friction::default()), push)
+    });
+    let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+    let controller = &Controller::new(ComputedTorque::new(arm, gains), NoCompensation);
+    let went = together(&plants, controller, &State::new(()), None);
+    assert_eq!(went, core::array::from_fn(|i| i != 3));
+}
+
+/// Friction that sticks, and long chains.
+#[test]
+fn what_has_no_lanes_goes_alone() {
+    let dry = JointFriction { coulomb: [0.3; 2], smoothing: 0.0, ..Default::default() };
+    let plants = core::array::from_fn(|i| pushed(chain::<3>(0.1 * i as f64, dry)));
+    assert_eq!(all_ways(&plants, chain(0.0, dry)), [false; LANES]);
+    let plants = core::array::from_fn(|i| pushed(chain::<11>(0.1 * i as f64, Default::default())));
+    assert_eq!(all_ways(&plants, chain(0.0, Default::default())), [false; LANES]);
+}
