@@ -6,9 +6,10 @@ use core::marker::PhantomData;
 use std::boxed::Box;
 
 use super::saved::Saves;
-use super::{Applied, Audit, Channel, Compensator, Law, Sample, Stage};
+use super::{Applied, Audit, Channel, Compensator, Gains, Law, Sample, Stage};
+use crate::arm::Side;
 use crate::error::Result;
-use crate::math::Vector;
+use crate::math::{Matrix, Vector};
 
 /// Any law.
 pub type BoxedLaw<const N: usize> = Box<dyn Law<N> + Send + Sync>;
@@ -303,6 +304,23 @@ impl<const N: usize> Saves<N, BoxedState> for BoxedCompensator<N> {
 impl<const N: usize> Law<N> for BoxedLaw<N> {
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> super::Demand<N> {
         (**self).torque(seen, rho_hat)
+    }
+
+    fn model(&self) -> Option<Side<'_, N>> {
+        (**self).model()
+    }
+
+    fn torque_by(
+        &self,
+        dynamics: &(Matrix<N>, Vector<N>),
+        seen: &Sample<N>,
+        rho_hat: &Vector<N>,
+    ) -> super::Demand<N> {
+        (**self).torque_by(dynamics, seen, rho_hat)
+    }
+
+    fn constant_gains(&self) -> Option<&Gains<N>> {
+        (**self).constant_gains()
     }
 
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N> {

@@ -66,11 +66,11 @@ impl<const N: usize, A: Arm<N>, F: Feedback<N>> ComputedTorque<N, A, F> {
 /// (M₀ v + H₀) − M₀ ρ̂.
 #[inline(always)]
 pub(super) fn computed<const N: usize, T: Real>(
-    (mass, bias): (Matrix<N, T>, Vector<N, T>),
+    (mass, bias): &(Matrix<N, T>, Vector<N, T>),
     v: Vector<N, T>,
     rho_hat: &Vector<N, T>,
 ) -> Demand<N, T> {
-    let (mut model, mut compensation) = (product(&mass, &v), product(&mass, rho_hat));
+    let (mut model, mut compensation) = (product(mass, &v), product(mass, rho_hat));
     for n in 0..N {
         model[n] += bias[n];
         compensation[n] = -compensation[n];
@@ -81,16 +81,29 @@ pub(super) fn computed<const N: usize, T: Real>(
 impl<const N: usize, A: Arm<N>, F: Feedback<N>> Law<N> for ComputedTorque<N, A, F> {
     #[inline(always)]
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N> {
-        let (mass, bias) = self.arm.mass_matrix_and_bias(&seen.q, &seen.dq);
-        computed((mass, bias), self.gains.acceleration(seen), rho_hat)
+        self.torque_by(&self.arm.mass_matrix_and_bias(&seen.q, &seen.dq), seen, rho_hat)
+    }
+
+    #[cfg(feature = "std")]
+    fn model(&self) -> Option<Side<'_, N>> {
+        self.arm.side()
+    }
+
+    #[inline(always)]
+    fn torque_by(
+        &self,
+        dynamics: &(Matrix<N>, Vector<N>),
+        seen: &Sample<N>,
+        rho_hat: &Vector<N>,
+    ) -> Demand<N> {
+        computed(dynamics, self.gains.acceleration(seen), rho_hat)
+    }
+
+    fn constant_gains(&self) -> Option<&Gains<N>> {
+        self.gains.constant()
     }
 
     /// G₀(q).
-    #[cfg(feature = "std")]
-    fn computed(&self) -> Option<(Side<'_, N>, &Gains<N>)> {
-        self.arm.side().zip(self.gains.constant())
-    }
-
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N> {
         self.arm.gravity(q)
     }

@@ -16,6 +16,8 @@ use super::{
     Applied, Compensator, Demand, Front, Law, Limits, NoCompensation, Sample, Stage, State,
 };
 use crate::error::{Error, Result, finite, within};
+#[cfg(feature = "std")]
+use crate::math::Matrix;
 use crate::math::{TINY_SIGNAL, Vector, unless_tiny};
 use crate::reference::Setpoint;
 
@@ -162,6 +164,24 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     where
         C: Compensator<N, S>,
     {
+        self.step_by(state, applied, (q, dq, desired), dt, |sample, rho_hat| {
+            self.law.torque(sample, rho_hat)
+        })
+    }
+
+    /// The same with what `demand` asks for in the place of the law.
+    #[inline(always)]
+    fn step_by<S>(
+        &self,
+        state: &mut State<N, S>,
+        applied: Option<&Vector<N>>,
+        (q, dq, desired): (&Vector<N>, &Vector<N>, &Setpoint<N>),
+        dt: f64,
+        demand: impl FnOnce(&Sample<N>, &Vector<N>) -> Demand<N>,
+    ) -> Result<Command<N>>
+    where
+        C: Compensator<N, S>,
+    {
         check_applied(applied)?;
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
@@ -171,7 +191,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         let last = self.last_tau(state, q)?;
         // What cannot end is left out.
         _ = self.end(state, applied);
-        let mut command = self.decide(&mut state.compensator, &Stage::NOW, &sample);
+        let mut command = self.decide_by(&mut state.compensator, &Stage::NOW, &sample, demand);
         let view = view.map(|view| self.cushion(state, view, q, &mut command));
         if let Some(n) = command.tau.iter().position(|tau| !tau.is_finite()) {
             return Err(Error::not_finite("tau", command.tau[n]).at(n));
@@ -192,6 +212,24 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         state.last_tau = Some(command.tau.map(|tau| tau.clamp(-IMPOSSIBLE, IMPOSSIBLE)));
         state.steps = state.steps.saturating_add(1);
         Ok(command)
+    }
+
+    /// As [`step`](Self::step) from M₀ and H₀ at this q and q̇, for a law that has a
+    /// [`model`](Law::model), without a front.
+    #[cfg(feature = "std")]
+    pub(crate) fn step_from<S>(
+        &self,
+        dynamics: &(Matrix<N>, Vector<N>),
+        state: &mut State<N, S>,
+        Sample { q, dq, desired, .. }: &Sample<N>,
+        dt: f64,
+    ) -> Result<Command<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        self.step_by(state, None, (q, dq, desired), dt, |sample, rho_hat| {
+            self.law.torque_by(dynamics, sample, rho_hat)
+        })
     }
 
     /// Tells how long the last period really was, before the next step: where the loop jitters, or
@@ -309,8 +347,22 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     where
         C: Compensator<N, S>,
     {
+        self.decide_by(state, stage, sample, |sample, rho_hat| self.law.torque(sample, rho_hat))
+    }
+
+    #[inline(always)]
+    fn decide_by<S>(
+        &self,
+        state: &mut S,
+        stage: &Stage<'_>,
+        sample: &Sample<N>,
+        demand: impl FnOnce(&Sample<N>, &Vector<N>) -> Demand<N>,
+    ) -> Command<N>
+    where
+        C: Compensator<N, S>,
+    {
         let rho_hat = self.compensator.estimate(state, stage, sample);
-        let Demand { model, compensation, v } = self.law.torque(sample, &rho_hat);
+        let Demand { model, compensation, v } = demand(sample, &rho_hat);
         let asked = model + compensation;
         let tau = self.limits.clamp(&asked);
         let limited = Applied::new(asked, tau).limited();

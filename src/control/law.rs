@@ -1,13 +1,11 @@
 //! What a control law is: the torque for a sample and an estimate, in its parts,
 //! `τ = τ_model + τ_compensation`.
 
-#[cfg(feature = "std")]
-use super::Gains;
-use super::Sample;
+use super::{Gains, Sample};
 use crate::arm::JointFriction;
 #[cfg(feature = "std")]
 use crate::arm::Side;
-use crate::math::Vector;
+use crate::math::{Matrix, Vector};
 
 /// A control law for `N` joints. All that it knows is in `&self`, and it remembers nothing. What
 /// has a memory is a [`Compensator`](super::Compensator), or a [`Dynamic`](super::Dynamic) if the
@@ -43,10 +41,26 @@ pub trait Law<const N: usize> {
         [false; N]
     }
 
-    /// What it believes of the arm, and its gains, where it is computed torque with constant ones:
-    /// many runs can go side by side then.
+    /// The arm that it believes in, where all that it needs of it for a torque is M₀ and H₀ at the
+    /// measured motion: of many runs these are found side by side.
     #[cfg(feature = "std")]
-    fn computed(&self) -> Option<(Side<'_, N>, &Gains<N>)> {
+    fn model(&self) -> Option<Side<'_, N>> {
+        None
+    }
+
+    /// The torque, from M₀ and H₀ at the measured motion; a law with a [`model`](Self::model) has
+    /// it.
+    fn torque_by(
+        &self,
+        _dynamics: &(Matrix<N>, Vector<N>),
+        seen: &Sample<N>,
+        rho_hat: &Vector<N>,
+    ) -> Demand<N> {
+        self.torque(seen, rho_hat)
+    }
+
+    /// Its gains, where it is computed torque with constant ones.
+    fn constant_gains(&self) -> Option<&Gains<N>> {
         None
     }
 

@@ -13,7 +13,7 @@ use super::any_arm::AnyArm;
 use super::convert::{array1, type_name, vector};
 use crate::arm::{Arm, JointFriction, Side};
 use crate::control::{BoxedLaw, ComputedTorque, Demand, Gains, Law, Sample};
-use crate::math::Vector;
+use crate::math::{Matrix, Vector};
 
 /// Any law of an arm of `N` joints.
 pub(super) enum AnyLaw<const N: usize> {
@@ -93,8 +93,33 @@ impl<const N: usize> AnyLaw<N> {
 }
 
 impl<const N: usize> Law<N> for AnyLaw<N> {
-    fn computed(&self) -> Option<(Side<'_, N>, &Gains<N>)> {
-        if let Self::Computed(law) = self { law.computed() } else { None }
+    fn model(&self) -> Option<Side<'_, N>> {
+        match self {
+            Self::Computed(law) => law.model(),
+            Self::Other(_, law) => law.model(),
+            Self::Own(..) => None,
+        }
+    }
+
+    fn torque_by(
+        &self,
+        dynamics: &(Matrix<N>, Vector<N>),
+        seen: &Sample<N>,
+        rho_hat: &Vector<N>,
+    ) -> Demand<N> {
+        match self {
+            Self::Computed(law) => law.torque_by(dynamics, seen, rho_hat),
+            Self::Other(_, law) => law.torque_by(dynamics, seen, rho_hat),
+            Self::Own(_, own) => own.torque(seen),
+        }
+    }
+
+    fn constant_gains(&self) -> Option<&Gains<N>> {
+        match self {
+            Self::Computed(law) => law.constant_gains(),
+            Self::Other(_, law) => law.constant_gains(),
+            Self::Own(..) => None,
+        }
     }
 
     #[inline(always)]

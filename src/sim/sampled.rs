@@ -16,7 +16,7 @@ use crate::control::{
     Seen, State, Turn,
 };
 use crate::error::Result;
-use crate::math::Vector;
+use crate::math::{Matrix, Vector};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::Reference;
 
@@ -129,6 +129,24 @@ where
         }
         let Sample { q, dq, desired, .. } = sample;
         self.controller.step(state, q, dq, desired, period)
+    }
+
+    /// The same from M₀ and H₀ of a law that has a model.
+    pub(super) fn decide_from<S>(
+        &self,
+        dynamics: &(Matrix<N>, Vector<N>),
+        state: &mut State<N, S>,
+        applied: Option<&Vector<N>>,
+        sample: &Sample<N>,
+        period: f64,
+    ) -> Result<Command<N>>
+    where
+        C: Compensator<N, S>,
+    {
+        if applied.is_some() {
+            self.controller.end_period(state, applied)?;
+        }
+        self.controller.step_from(dynamics, state, sample, period)
     }
 
     /// The same through a guard.

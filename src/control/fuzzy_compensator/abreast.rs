@@ -21,6 +21,8 @@ use crate::math::{
 const INPUTS: usize = 2;
 /// Stages of the only method that runs side by side.
 const STAGES: usize = 4;
+/// What drives the weights beyond this is not ordinary: they might come to be refused.
+const MOST_DRIVE: f64 = 1e100;
 
 /// Compensators of eight runs with their states.
 #[derive(Clone, Debug)]
@@ -168,7 +170,6 @@ impl<const N: usize> Estimate<'_, N> {
                     inputs[n][k] = (x, t);
                 }
             }
-            missed.store(lost, part);
             for n in 0..N {
                 let ([first, second], [rows, columns]) = (&it.sets[n], lengths);
                 let rules = [
@@ -189,8 +190,10 @@ impl<const N: usize> Estimate<'_, N> {
                 }
                 (s.like(0.0) + learnt).store(&mut it.estimate[n], part);
                 let drive = it.gain[n].load(simd, part) * s;
+                missed += s.like(MOST_DRIVE).if_less(drive.abs(), s.like(f64::NAN), s.like(0.0));
                 drive.unless_tiny(TINY_TERM).store(&mut here.drive[n], part);
             }
+            missed.store(lost, part);
         }
     }
 }
@@ -295,11 +298,11 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.it.shape.sets {
-            [3, 3] => self.of(simd, [3, 3]),
-            [5, 5] => self.of(simd, [5, 5]),
-            [7, 7] => self.of(simd, [7, 7]),
-            sets => self.of(simd, sets),
+        match (self.it.shape.sets, self.end.index) {
+            ([3, 3], STAGES) => self.of(simd, [3, 3], STAGES),
+            ([5, 5], STAGES) => self.of(simd, [5, 5], STAGES),
+            ([7, 7], STAGES) => self.of(simd, [7, 7], STAGES),
+            (sets, stages) => self.of(simd, sets, stages.min(STAGES)),
         }
     }
 }
@@ -307,25 +310,25 @@ impl<const N: usize> WithSimd for Advance<'_, N> {
 impl<const N: usize> Advance<'_, N> {
     /// As [`Estimate::of`].
     #[inline(always)]
-    fn of<S: Simd>(self, simd: S, [rows, columns]: [usize; INPUTS]) {
+    fn of<S: Simd>(self, simd: S, [rows, columns]: [usize; INPUTS], stages: usize) {
         let Self { it, end } = self;
         let (factors, flushes) = (factors(end), it.advances.is_multiple_of(FLUSH_EVERY));
         for n in 0..N {
             for part in 0..Register::<S>::PARTS {
                 let mut terms = [it.gain[n].load(simd, part); STAGES];
-                for (j, term) in terms.iter_mut().enumerate() {
+                for (j, term) in terms.iter_mut().enumerate().take(stages) {
                     let drive = it.stages[j].drive[n].load(simd, part);
                     *term = (drive * drive.like(factors[j])).unless_tiny(TINY_TERM);
                 }
                 for a in 0..rows {
                     let mut firsts = terms;
-                    for (j, first) in firsts.iter_mut().enumerate() {
+                    for (j, first) in firsts.iter_mut().enumerate().take(stages) {
                         *first = it.stages[j].memberships[n][0][a].load(simd, part);
                     }
                     for b in 0..columns {
                         let kept = &mut it.weights[n][a * columns + b];
                         let mut weight = kept.load(simd, part);
-                        for j in 0..STAGES {
+                        for j in 0..stages {
                             let second = it.stages[j].memberships[n][1][b].load(simd, part);
                             weight += terms[j] * (firsts[j] * second);
                         }

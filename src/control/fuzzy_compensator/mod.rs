@@ -80,7 +80,8 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
     ) -> Option<Learns<'a, N>> {
         let FuzzyParameters { inputs, adaptation, .. } = &self.update.parameters;
         let per_joint = self.basis.form() == Form::PerJoint { joints: N };
-        let plain = !adaptation.pulls() && !adaptation.weakens_drive() && !state.frozen;
+        let small = state.norms.iter().all(|norm| *norm < MOST_NORM);
+        let plain = !adaptation.pulls() && !adaptation.weakens_drive() && !state.frozen && small;
         if !per_joint || !plain || inputs.signals().len() != 2 || !self.basis.is_inner() {
             return None;
         }
@@ -241,6 +242,11 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
 }
 
 /// What a weight may be.
+/// Weights whose squares add up to more do not go side by side with others: they might come to be
+/// refused.
+#[cfg(feature = "std")]
+const MOST_NORM: f64 = 1e200;
+
 const USABLE: &str = "weights of at most 1e150";
 
 /// Weights as they are set, without tiny ones.

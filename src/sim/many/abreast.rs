@@ -10,8 +10,8 @@ use super::course::Course;
 use super::estimators::Estimators;
 use super::surroundings::Surroundings;
 use crate::arm::Arm;
-use crate::control::{Compensator, Law, LawsAbreast, Limits, Stage};
-use crate::math::{Abreast, LANES, none_missing};
+use crate::control::{Compensator, Law, Stage};
+use crate::math::LANES;
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 use crate::sim::closed_loop::time_of;
@@ -40,18 +40,11 @@ where
         cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES],
         bodies: Bodies<N>,
     ) -> Option<Self> {
-        let laws =
-            LawsAbreast::of(none_missing(cases.map(|case| case.controller.law.computed()))?)?;
-        let limits = [
-            effort_limits(cases.map(|case| &case.controller.limits.effort_limit)),
-            effort_limits(cases.map(|case| case.plant.effort_limit())),
-        ];
-        let alike = bodies.plants.moves_as(laws.arms())?;
-        let one_friction = bodies.plants.friction == laws.arms().friction;
+        let drivers = Box::new(Drivers::new(cases, &bodies)?);
         Some(Self {
             around: Surroundings::new(cases),
             bodies: Box::new(bodies),
-            drivers: Box::new(Drivers { laws, alike, one_friction, limits }),
+            drivers,
             compensators: Estimators::new(cases),
         })
     }
@@ -88,16 +81,8 @@ where
         around.push(time, &bodies.now.seen);
         let Bodies { arch, now, lost, .. } = &mut **bodies;
         let rho_hat = compensators.estimate(*arch, stage, &now.seen, lost);
-        bodies.act(drivers, (stage.index, h), rho_hat, &around.tau_d);
+        bodies.act(drivers, (stage.index, h), rho_hat, &around.tau_d, false);
         let Bodies { arch, now, .. } = &**bodies;
         compensators.acted(*arch, stage.index, &now.seen, &now.asked, &now.applied);
-    }
-}
-
-/// Limits of effort, those of a run a lane.
-fn effort_limits<const N: usize>(each: [&[f64; N]; LANES]) -> Limits<N, Abreast> {
-    Limits {
-        effort_limit: core::array::from_fn(|n| Abreast::of(each, |limit| limit[n])),
-        effort_rate_limit: [Abreast::all(f64::INFINITY); N],
     }
 }

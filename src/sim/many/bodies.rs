@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
 use crate::arm::{Arm, ArmsAbreast};
-use crate::control::{Law, LawsAbreast, Limits, Sample};
+use crate::control::{Controller, Law, LawsAbreast, Limits, Sample};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
 };
@@ -48,7 +48,7 @@ pub(super) struct Now<const N: usize> {
     pub rho_hat: Vector<N, Abreast>,
 }
 
-/// The laws that drive them in continuous time.
+/// The laws that drive them.
 pub(super) struct Drivers<const N: usize> {
     pub laws: LawsAbreast<N>,
     /// Whether the laws' arms move as the plants at every q and q̇, and have their friction.
@@ -56,6 +56,35 @@ pub(super) struct Drivers<const N: usize> {
     pub one_friction: bool,
     /// Limits of the controllers, and of the plants.
     pub limits: [Limits<N, Abreast>; 2],
+}
+
+impl<const N: usize> Drivers<N> {
+    /// Those of these runs; `None` where they cannot go side by side with each other and the plants
+    /// of `bodies`.
+    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C, R, S>(
+        cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+        bodies: &Bodies<N>,
+    ) -> Option<Self> {
+        let sides = cases.map(|Case { controller: Controller { law, .. }, .. }| {
+            law.model().zip(law.constant_gains())
+        });
+        let laws = LawsAbreast::of(none_missing(sides)?)?;
+        let limits = [
+            effort_limits(cases.map(|case| &case.controller.limits.effort_limit)),
+            effort_limits(cases.map(|case| case.plant.effort_limit())),
+        ];
+        let alike = bodies.plants.moves_as(laws.arms())?;
+        let one_friction = bodies.plants.friction == laws.arms().friction;
+        Some(Self { laws, alike, one_friction, limits })
+    }
+}
+
+/// Limits of effort, those of a run a lane.
+fn effort_limits<const N: usize>(each: [&[f64; N]; LANES]) -> Limits<N, Abreast> {
+    Limits {
+        effort_limit: core::array::from_fn(|n| Abreast::of(each, |limit| limit[n])),
+        effort_rate_limit: [Abreast::all(f64::INFINITY); N],
+    }
 }
 
 impl<const N: usize> Bodies<N> {

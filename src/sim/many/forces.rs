@@ -11,15 +11,16 @@ use crate::sim::stiff::none_beyond_rk4;
 
 impl<const N: usize> Bodies<N> {
     /// Moves stage i of a step of `h` \[s\] by the laws of `drivers`, with estimates `rho_hat` and
-    /// under disturbances `tau_d`.
+    /// under disturbances `tau_d`. Their torque is to be `held`, or each stage has its own.
     pub fn act(
         &mut self,
         drivers: &Drivers<N>,
         (i, h): (usize, f64),
         rho_hat: &Vector<N, Abreast>,
         tau_d: &Vector<N, Abreast>,
+        held: bool,
     ) {
-        self.arch.dispatch(Act { bodies: self, drivers, i, h, rho_hat, tau_d });
+        self.arch.dispatch(Act { bodies: self, drivers, i, h, rho_hat, tau_d, held });
     }
 
     /// Moves stage i of a step of `h` \[s\] by what is applied, under disturbances `tau_d`.
@@ -35,6 +36,7 @@ struct Act<'a, const N: usize> {
     h: f64,
     rho_hat: &'a Vector<N, Abreast>,
     tau_d: &'a Vector<N, Abreast>,
+    held: bool,
 }
 
 impl<const N: usize> WithSimd for Act<'_, N> {
@@ -42,11 +44,12 @@ impl<const N: usize> WithSimd for Act<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies: Bodies { plants, now, lost, .. }, drivers, i, h, rho_hat, tau_d } = self;
+        let Self { bodies, drivers, i, h, rho_hat, tau_d, held } = self;
+        let Bodies { plants, now, lost, .. } = bodies;
         for part in 0..Register::<S>::PARTS {
             let (at, friction) = ((simd, part), plants.friction.as_deref());
             let rho_hat = rho_hat.load(simd, part);
-            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h };
+            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held };
             let ordinary = match (&plants.kind, &drivers.laws.arms().kind) {
                 (Kind::TwoLinks(own), Kind::TwoLinks(models)) => {
                     drivers.act(at, now, (&**own, &**models), &rho_hat, &pushed)
@@ -77,7 +80,7 @@ impl<const N: usize> WithSimd for Fly<'_, N> {
         let Self { bodies: Bodies { plants, now, lost, .. }, i, h, tau_d } = self;
         for part in 0..Register::<S>::PARTS {
             let (at, friction) = ((simd, part), plants.friction.as_deref());
-            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h };
+            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held: true };
             let ordinary = match &plants.kind {
                 Kind::TwoLinks(plants) => now.fly(at, &**plants, &pushed),
                 Kind::Chains(plants) => now.fly(at, &**plants, &pushed),
@@ -87,12 +90,14 @@ impl<const N: usize> WithSimd for Fly<'_, N> {
     }
 }
 
-/// What opposes the motion of the plants in registers, at stage i of a step of `h` \[s\].
+/// What opposes the motion of the plants in registers, at stage i of a step of `h` \[s\] under a
+/// torque that is held or not.
 struct Pushed<'a, const N: usize, S: Simd> {
     tau_d: Vector<N, Register<S>>,
     friction: Option<&'a Frictions<N>>,
     i: usize,
     h: f64,
+    held: bool,
 }
 
 impl<const N: usize, S: Simd> Pushed<'_, N, S> {
@@ -133,7 +138,7 @@ impl<const N: usize> Drivers<N> {
                 dynamics.1[n] += believed[n];
             }
         }
-        let demand = laws.torque(at, dynamics, &seen, rho_hat);
+        let demand = laws.torque(at, &dynamics, &seen, rho_hat);
         let mut asked = demand.model;
         for n in 0..N {
             asked[n] += demand.compensation[n];
@@ -145,7 +150,7 @@ impl<const N: usize> Drivers<N> {
         store(&applied, &mut now.applied, part);
         store(&demand.v, &mut now.v, part);
         store(rho_hat, &mut now.rho_hat, part);
-        now.accelerate(at, plants, (&moves, friction.as_ref()), pushed, false)
+        now.accelerate(at, plants, (&moves, friction.as_ref()), pushed)
     }
 }
 
@@ -161,10 +166,10 @@ impl<const N: usize> Now<N> {
         let (q, dq) = (self.seen.q.load(simd, part), self.seen.dq.load(simd, part));
         let moves = plants.moves((simd, part), &q, &dq);
         let friction = pushed.friction_at((simd, part), &dq);
-        self.accelerate((simd, part), plants, (&moves, friction.as_ref()), pushed, true)
+        self.accelerate((simd, part), plants, (&moves, friction.as_ref()), pushed)
     }
 
-    /// The same of plants that move so, against friction, under a torque that is `held` or not.
+    /// The same of plants that move so, against friction.
     #[inline(always)]
     fn accelerate<S: Simd, K: Alike<N>>(
         &mut self,
@@ -172,7 +177,6 @@ impl<const N: usize> Now<N> {
         plants: &K,
         (moves, friction): (&K::Moves<S>, Option<&Vector<N, Register<S>>>),
         pushed: &Pushed<'_, N, S>,
-        held: bool,
     ) -> Register<S> {
         let (at, mut net) = ((simd, part), self.applied.load(simd, part));
         for n in 0..N {
@@ -186,7 +190,7 @@ impl<const N: usize> Now<N> {
                     net[n] -= bias[n] + torque[n];
                 }
                 let factor = Factor::of(&mass);
-                ordinary = friction.as_smooth(at, (&mass, &factor), pushed.h, held);
+                ordinary = friction.as_smooth(at, (&mass, &factor), pushed.h, pushed.held);
                 factor.solve(&net)
             }
             _ => plants.forward_dynamics(at, moves, &net, friction),

@@ -3,13 +3,15 @@
 //! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. The way
 //! through: a `case` is a run; `abreast` (continuous time) and `sampled` are loops of eight, a run
 //! a lane; `surroundings` are what these are asked to do and what pushes them, `bodies` their arms,
-//! `forces` what moves these, `estimators` what compensates. What is left over, and what was lost,
+//! `forces` what moves these, `estimators` and `deciders` what compensates and
+//! decides. What is left over, and what was lost,
 //! goes alone.
 
 mod abreast;
 mod bodies;
 mod case;
 mod course;
+mod deciders;
 mod estimators;
 mod forces;
 mod registers;
