@@ -20,7 +20,7 @@ use super::sampled::{Guarding, Sampled};
 use super::status::Cause;
 use crate::arm::Arm;
 use crate::control::{
-    Channel, Command, Compensator, Law, MAX_DELAY, State, Width, held_on, mean_acting,
+    Channel, Command, Compensator, Law, MAX_DELAY, Sample, State, Width, held_on, mean_acting,
 };
 use crate::effects::{Clock, Drive, Effects, Measuring, Side, Transmission};
 use crate::error::Result;
@@ -72,10 +72,10 @@ pub(super) const CHANNELS: &[Channel] = &[
 ];
 
 /// What stands between controller and plant, in a run.
-struct Line<const N: usize> {
+pub(super) struct Line<const N: usize> {
     clock: Clock,
     measuring: Measuring<N>,
-    drive: Drive<N>,
+    pub drive: Drive<N>,
     /// Torques on their way, the latest first; the one that has waited long enough acts.
     sent: [Vector<N>; MAX_DELAY + 1],
     /// What the drives told of the last torque that was asked for, of those in the periods before,
@@ -88,7 +88,18 @@ struct Line<const N: usize> {
     /// What was measured last, and when \[s\].
     measured: [Vector<N>; 2],
     seen_at: f64,
-    command: Option<Command<N>>,
+    pub command: Option<Command<N>>,
+}
+
+/// A sample that is taken.
+#[derive(Clone, Copy)]
+pub(super) struct Taken<const N: usize> {
+    /// What the controller sees; `None` if it is lost.
+    pub sample: Option<Sample<N>>,
+    /// Since the one before \[s\], which is a period before the first.
+    pub elapsed: f64,
+    /// What the drives told since, if this is not the first.
+    pub told: Option<Vector<N>>,
 }
 
 impl<const N: usize> Line<N> {
@@ -169,10 +180,7 @@ where
     where
         C: Compensator<N, S>,
     {
-        let (period, begun) = (self.hold as f64 * record.dt, state.last_tau);
-        let begun = begun.unwrap_or_else(|| self.controller.law.resting_torque(&motion.q));
-        let begun = self.plant.applied(&begun);
-        let mut line = Line::new(effects, *self.plant.effort_limit(), period, &begun);
+        let mut line = self.line(effects, state, &motion.q);
         let own = self.controller.compensator.channels();
         let own: usize = own.iter().map(|channel| channel.width.of(N)).sum();
         line.motors = effects.transmission.map(|transmission| {
@@ -221,11 +229,30 @@ where
                 break;
             }
         }
-        let told = line.acted(self.controller.front.delay);
-        if let Err(error) = self.controller.end_period(state, Some(&told)) {
+        if let Err(error) = self.end_affected(&line, state) {
             record.diverged(record.time(record.steps), Cause::Rejected(error));
         }
         record.finish()
+    }
+
+    /// What stands between controller and plant at the start of a run.
+    pub(super) fn line<S>(
+        &self,
+        effects: &Effects<N>,
+        state: &State<N, S>,
+        q: &Vector<N>,
+    ) -> Line<N> {
+        let begun = state.last_tau.unwrap_or_else(|| self.controller.law.resting_torque(q));
+        let (period, begun) = (self.hold as f64 * self.dt, self.plant.applied(&begun));
+        Line::new(effects, *self.plant.effort_limit(), period, &begun)
+    }
+
+    /// Ends the last period.
+    pub(super) fn end_affected<S>(&self, line: &Line<N>, state: &mut State<N, S>) -> Result<()>
+    where
+        C: Compensator<N, S>,
+    {
+        self.controller.end_period(state, Some(&line.acted(self.controller.front.delay)))
     }
 
     /// A sample at time `t`: what is measured, and the torque for it.
@@ -241,6 +268,35 @@ where
     where
         C: Compensator<N, S>,
     {
+        let taken = self.take(effects, line, motion, t);
+        let period = self.hold as f64 * self.dt;
+        let Taken { sample, elapsed, told } = &taken;
+        let command = match (sample, guard) {
+            (Some(sample), None) => {
+                if told.is_some() {
+                    self.controller.lasted(state, *elapsed)?;
+                }
+                Some(self.decide(state, told.as_ref(), sample, period)?)
+            }
+            (Some(sample), Some((guard, memory))) => {
+                let turn = (*guard, &mut **memory);
+                Some(self.decide_guarded(turn, state, told.as_ref(), sample, *elapsed))
+            }
+            (None, Some((guard, memory))) => Some(self.missed((*guard, &mut **memory), state)),
+            (None, None) => None,
+        };
+        self.send(effects, line, &taken, command);
+        Ok(())
+    }
+
+    /// Takes a sample at time `t`.
+    pub(super) fn take(
+        &self,
+        effects: &Effects<N>,
+        line: &mut Line<N>,
+        motion: &Motion<N>,
+        t: f64,
+    ) -> Taken<N> {
         let kept = line.clock.take();
         let (period, begun) = (self.hold as f64 * self.dt, line.command.is_none());
         let elapsed = match t - line.seen_at {
@@ -248,38 +304,35 @@ where
             apart if effects.timing.jitter == 0.0 => libm::rint(apart / period) * period,
             apart => apart,
         };
-        let command = if kept {
-            let Motion { q, dq } = line.at_encoders(effects, motion);
-            line.measured = line.measuring.measure(&q, &dq, elapsed).into();
-            line.seen_at = t;
-            let [q, dq] = &line.measured;
-            let sample = self.controller.sample(q, dq, &self.reference.at(t));
-            let told = (!begun).then(|| line.acted(self.controller.front.delay));
-            match guard {
-                None => {
-                    if !begun {
-                        self.controller.lasted(state, elapsed)?;
-                    }
-                    Some(self.decide(state, told.as_ref(), &sample, period)?)
-                }
-                Some((guard, memory)) => {
-                    let turn = (*guard, &mut **memory);
-                    Some(self.decide_guarded(turn, state, told.as_ref(), &sample, elapsed))
-                }
-            }
-        } else if let Some((guard, memory)) = guard {
-            Some(self.missed((*guard, &mut **memory), state))
-        } else {
-            None
-        };
+        let told = (!begun).then(|| line.acted(self.controller.front.delay));
+        if !kept {
+            return Taken { sample: None, elapsed, told };
+        }
+        let Motion { q, dq } = line.at_encoders(effects, motion);
+        line.measured = line.measuring.measure(&q, &dq, elapsed).into();
+        line.seen_at = t;
+        let [q, dq] = &line.measured;
+        let sample = Some(self.controller.sample(q, dq, &self.reference.at(t)));
+        Taken { sample, elapsed, told }
+    }
+
+    /// Sends the torque that was decided on; `None`: the one before is held on.
+    pub(super) fn send(
+        &self,
+        effects: &Effects<N>,
+        line: &mut Line<N>,
+        taken: &Taken<N>,
+        command: Option<Command<N>>,
+    ) {
+        let Taken { elapsed, told: begun, .. } = taken;
         let told = match &command {
             None => {
                 line.lost += 1.0;
                 line.sent[0]
             }
             Some(command) => {
-                let told = line.drive.ask(&command.tau, elapsed);
-                if !begun {
+                let told = line.drive.ask(&command.tau, *elapsed);
+                if begun.is_some() {
                     held_on(&mut line.older, &line.told, line.lost);
                 }
                 (line.told, line.lost) = (told, 0.0);
@@ -290,7 +343,6 @@ where
         line.sent.rotate_right(1);
         line.sent[0] = told;
         line.drive.act(&line.sent[effects.timing.delay]);
-        Ok(())
     }
 
     /// The plant under what arrives at its joints.

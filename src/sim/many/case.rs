@@ -3,6 +3,8 @@
 use crate::control::{Controller, State};
 use crate::effects::Effects;
 use crate::plant::Plant;
+use crate::sim::options::Method;
+use crate::sim::sampled::Sampled;
 
 /// What is other from one of many runs to the next.
 #[derive(Debug)]
@@ -21,4 +23,12 @@ pub struct Case<'a, const N: usize, A, D, L, C, R, S> {
     pub dq0: [f64; N],
     /// What stands between controller and arm.
     pub effects: Effects<N>,
+}
+
+impl<'a, const N: usize, A, D, L, C, R, S> Case<'a, N, A, D, L, C, R, S> {
+    /// Its loop, sampled once in `hold` steps of `dt` \[s\], by RK4.
+    pub(super) fn sampled(&self, hold: usize, dt: f64) -> Sampled<'a, N, A, D, L, C, R> {
+        let Self { plant, controller, reference, .. } = *self;
+        Sampled { plant, controller, reference, hold, dt, method: Method::Rk4 }
+    }
 }

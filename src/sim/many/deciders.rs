@@ -2,25 +2,25 @@
 
 use pulp::{Simd, WithSimd};
 
+use super::affected::Affected;
 use super::bodies::{Bodies, Drivers, Now};
 use super::case::Case;
 use super::course::Course;
-use crate::arm::{Alike, Arm, ArmsAbreast, Kind};
+use super::models::Models;
+use crate::arm::Arm;
 use crate::control::{
     Compensator, Controller, EstimatorsAbreast, Front, Law, Sample, Stage, State,
 };
-use crate::math::{
-    Abreast, LANES, Load, Matrix, Real, Register, TINY_SIGNAL, Vector, lane, none_missing, store,
-};
+use crate::math::{Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, lane, none_missing};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
-use crate::sim::options::Method;
 use crate::sim::sampled::Sampled;
 
 /// The controllers of eight loops.
 pub(super) enum Deciders<'a, const N: usize, A, D, L, C, R, S> {
     Abreast(Box<Together<N>>),
     Each(Box<Each<'a, N, A, D, L, C, R, S>>),
+    Affected(Box<Affected<'a, N, A, D, L, C, R, S>>),
 }
 
 impl<'a, const N: usize, A, D, L, C, R, S> Deciders<'a, N, A, D, L, C, R, S>
@@ -38,6 +38,9 @@ where
         bodies: &Bodies<N>,
         course: Course<'_>,
     ) -> Self {
+        if cases.iter().any(|case| case.effects.is_on()) {
+            return Self::Affected(Box::new(Affected::new(cases, course)));
+        }
         match Together::new(cases, bodies) {
             Some(together) => Self::Abreast(Box::new(together)),
             None => Self::Each(Box::new(Each::new(cases, course))),
@@ -143,19 +146,8 @@ where
         cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES],
         Course { hold, h, .. }: Course<'_>,
     ) -> Self {
-        let loops = cases.map(|&Case { plant, controller, reference, .. }| Sampled {
-            plant,
-            controller,
-            reference,
-            hold,
-            dt: h,
-            method: Method::Rk4,
-        });
-        let states = cases.map(|case| case.state.clone());
-        let plain = cases.iter().all(|case| case.controller.front == Front::default());
-        let sides = none_missing(cases.map(|case| case.controller.law.model()));
-        let models = sides.filter(|_| plain).and_then(ArmsAbreast::of).map(Models::new);
-        Self { loops, states, models }
+        let loops = cases.map(|case| case.sampled(hold, h));
+        Self { loops, states: cases.map(|case| case.state.clone()), models: Models::of(cases) }
     }
 
     /// Asks every controller for the torque of a period \[s\]; it is told what acted in the one
@@ -163,7 +155,7 @@ where
     pub fn decide(&mut self, bodies: &mut Bodies<N>, begun: bool, period: f64) {
         let Bodies { arch, now, lost, .. } = bodies;
         if let Some(models) = &mut self.models {
-            arch.dispatch(Model { models, seen: &now.seen });
+            models.find(*arch, (&now.seen.q, &now.seen.dq));
         }
         let Now { seen, applied, v, rho_hat, .. } = now;
         for (i, (sampled, state)) in self.loops.iter().zip(&mut self.states).enumerate() {
@@ -173,7 +165,7 @@ where
             let (before, seen) = (begun.then(|| lane(applied, i)), seen.lane(i));
             let decided = match &self.models {
                 Some(models) => {
-                    sampled.decide_from(&models.of(i), state, before.as_ref(), &seen, period)
+                    sampled.decide_from(&models.of_lane(i), state, before.as_ref(), &seen, period)
                 }
                 None => sampled.decide(state, before.as_ref(), &seen, period),
             };
@@ -200,71 +192,4 @@ where
             }
         }
     }
-}
-
-/// What eight laws believe of their arms, and M₀ and H₀ of the latest sample.
-struct Models<const N: usize> {
-    arms: ArmsAbreast<N>,
-    mass: Matrix<N, Abreast>,
-    bias: Vector<N, Abreast>,
-}
-
-impl<const N: usize> Models<N> {
-    fn new(arms: ArmsAbreast<N>) -> Self {
-        let zero = Abreast::all(0.0);
-        let (mass, bias) = (Matrix::<N, _>::repeat(zero), Vector::<N, _>::repeat(zero));
-        Self { arms, mass, bias }
-    }
-
-    /// M₀ and H₀ of the law in a lane.
-    fn of(&self, i: usize) -> (Matrix<N>, Vector<N>) {
-        (Matrix::<N>::from_fn(|row, column| self.mass[(row, column)].0[i]), lane(&self.bias, i))
-    }
-}
-
-struct Model<'a, const N: usize> {
-    models: &'a mut Models<N>,
-    seen: &'a Sample<N, Abreast>,
-}
-
-impl<const N: usize> WithSimd for Model<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { models: Models { arms, mass, bias }, seen } = self;
-        for part in 0..Register::<S>::PARTS {
-            let (at, mut q) = ((simd, part), seen.q.load(simd, part));
-            let mut dq = seen.dq.load(simd, part);
-            for n in 0..N {
-                q[n] = q[n].unless_tiny(TINY_SIGNAL);
-                dq[n] = dq[n].unless_tiny(TINY_SIGNAL);
-            }
-            let (own_mass, mut own_bias) = match &arms.kind {
-                Kind::TwoLinks(arms) => dynamics(at, &**arms, (&q, &dq)),
-                Kind::Chains(arms) => dynamics(at, &**arms, (&q, &dq)),
-            };
-            if let Some(friction) = arms.friction_at(at, &dq) {
-                for n in 0..N {
-                    own_bias[n] += friction[n];
-                }
-            }
-            for j in 0..N {
-                for i in 0..N {
-                    own_mass[(i, j)].store(&mut mass[(i, j)], part);
-                }
-            }
-            store(&own_bias, bias, part);
-        }
-    }
-}
-
-/// M and C q̇ + G of a part of arms.
-#[inline(always)]
-fn dynamics<const N: usize, S: Simd, K: Alike<N>>(
-    at: (S, usize),
-    arms: &K,
-    (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-    arms.mass_matrix_and_bias(at, &arms.moves(at, q, dq))
 }

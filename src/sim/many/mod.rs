@@ -8,12 +8,14 @@
 //! goes alone.
 
 mod abreast;
+mod affected;
 mod bodies;
 mod case;
 mod course;
 mod deciders;
 mod estimators;
 mod forces;
+mod models;
 mod registers;
 mod sampled;
 mod surroundings;
@@ -29,6 +31,7 @@ use std::time::{Duration, Instant};
 use pulp::Arch;
 
 use self::abreast::Loops;
+use self::affected::goes_along;
 use self::bodies::Bodies;
 pub use self::case::Case;
 use self::course::Course;
@@ -152,7 +155,8 @@ where
         let Controller { front, limits, compensator, .. } = case.controller;
         let as_in_continuous_time =
             *front == Front::default() && !limits.limits_rate() && !compensator.sampled_only();
-        !case.plant.changes() && !case.effects.is_on() && (sampled || as_in_continuous_time)
+        let alone = case.plant.changes() || !goes_along(&case.effects);
+        !alone && (sampled || as_in_continuous_time && !case.effects.is_on())
     };
     if !cases.iter().all(plain) {
         return nothing;

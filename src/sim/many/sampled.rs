@@ -51,7 +51,7 @@ where
             if k.is_multiple_of(hold) && k < steps {
                 self.decide(k > 0, hold as f64 * h, (t, h));
             } else {
-                self.fly((0, h), t);
+                self.hold(h, t);
             }
             self.bodies.note(t, course.counts(k));
             if k == steps {
@@ -60,14 +60,17 @@ where
             if course.ends(k, &self.bodies) {
                 return [None; LANES];
             }
+            self.go_on(h, t);
             for i in 1..4 {
                 self.bodies.go(i, h, &self.around.desired);
                 self.fly((i, h), t + RK4.nodes[i] * h);
             }
             self.bodies.end(h);
         }
-        if let Deciders::Each(each) = &mut self.deciders {
-            each.end(&mut self.bodies);
+        match &mut self.deciders {
+            Deciders::Abreast(_) => {}
+            Deciders::Each(each) => each.end(&mut self.bodies),
+            Deciders::Affected(affected) => affected.end(&mut self.bodies.lost),
         }
         self.bodies.metrics()
     }
@@ -84,8 +87,29 @@ where
             }
             Deciders::Each(each) => {
                 each.decide(bodies, begun, period);
-                self.fly((0, h), t);
+                self.hold(h, t);
             }
+            Deciders::Affected(affected) => {
+                affected.decide(bodies, period, t);
+                self.hold(h, t);
+            }
+        }
+    }
+
+    /// What acts at a row, at time `t` \[s\], before a step of `h` \[s\].
+    fn hold(&mut self, h: f64, t: f64) {
+        if let Deciders::Affected(affected) = &self.deciders {
+            affected.arrived(&mut self.bodies);
+        }
+        self.fly((0, h), t);
+    }
+
+    /// Starts on the step, where another torque acts in it than at its row.
+    fn go_on(&mut self, h: f64, t: f64) {
+        if let Deciders::Affected(affected) = &mut self.deciders
+            && affected.arriving(&mut self.bodies, h)
+        {
+            self.fly((0, h), t);
         }
     }
 

@@ -12,9 +12,10 @@ use crate::arm::{
     TwoLinkParameters,
 };
 use crate::control::{
-    ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, NoCompensation, State,
+    ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, Limits, NoCompensation,
+    State,
 };
-use crate::effects::Effects;
+use crate::effects::{Actuators, Effects, Sensors, Timing};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
 use crate::math::{Matrix, Vector};
 use crate::plant::Plant;
@@ -37,7 +38,7 @@ fn together<const N: usize, A, D, L, C, S>(
     plants: &[Plant<N, A, D>; LANES],
     controller: &Controller<N, L, C>,
     state: &State<N, S>,
-    control_period: Option<f64>,
+    (control_period, effects): (Option<f64>, Effects<N>),
 ) -> [bool; LANES]
 where
     A: Arm<N>,
@@ -51,7 +52,7 @@ where
         ..Setpoint::at_rest(Vector::<N>::repeat(0.0))
     };
     let cases = plants.each_ref().map(|plant| {
-        let (q0, dq0, effects) = ([0.1; N], [0.05; N], Effects::default());
+        let (q0, dq0) = ([0.1; N], [0.05; N]);
         Case { plant, controller, state, reference, q0, dq0, effects }
     });
     let record = Record::Metrics(Window { from: 0.05, to: 0.15, band: 0.01 });
@@ -83,13 +84,27 @@ fn all_ways<const N: usize, A: Arm<N> + Clone>(
     let learns = FuzzyCompensator::new(basis, &gains, FuzzyParameters::default()).unwrap();
     let learning = &Controller::new(law, learns);
     let state = State::new(learning.compensator.state());
+    let rated = Limits { effort_limit: [60.0; N], effort_rate_limit: [5e3; N] };
+    let limited = &learning.clone().with_limits(rated).unwrap();
     let ways = [None, Some(1e-3), Some(4e-3)].map(|period| {
-        let went = together(plants, plain, &State::new(()), period);
-        assert_eq!(together(plants, learning, &state, period), went);
+        let went = together(plants, plain, &State::new(()), (period, Effects::default()));
+        assert_eq!(together(plants, learning, &state, (period, Effects::default())), went);
+        if period.is_some() {
+            assert_eq!(together(plants, limited, &state, (period, Effects::default())), went);
+            assert_eq!(together(plants, limited, &state, (period, noisy())), went);
+        }
         went
     });
     assert_eq!(ways, [ways[0]; 3]);
     ways[0]
+}
+
+/// Sensors that are noisy, samples that are lost and late, drives that lag.
+fn noisy<const N: usize>() -> Effects<N> {
+    let sensors = Sensors { encoder: [1e-5; N], noise: [1e-5; N], ..Sensors::default() };
+    let timing = Timing { delay: 1, drop: 0.1, ..Timing::default() };
+    let actuators = Actuators { lag: [2e-3; N], gain: [0.97; N], ..Actuators::default() };
+    Effects { sensors, timing, actuators, seed: 5, ..Effects::default() }
 }
 
 fn two_link(mass: f64, friction: Friction<2>) -> TwoLink {
@@ -154,13 +169,26 @@ fn a_run_that_is_not_ordinary_goes_alone() {
     });
     let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
     let controller = &Controller::new(ComputedTorque::new(arm, gains), NoCompensation);
-    let went = together(&plants, controller, &State::new(()), None);
+    let went = together(&plants, controller, &State::new(()), (None, Effects::default()));
     assert_eq!(went, core::array::from_fn(|i| i != 3));
 }
 
-/// Friction that sticks, and long chains.
+/// Friction that sticks, long chains, samples between rows, motors that cog.
 #[test]
 fn what_has_no_lanes_goes_alone() {
+    let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, Friction::default())));
+    let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+    let law = ComputedTorque::new(two_link(4.0, Friction::default()), gains);
+    let controller = &Controller::new(law, NoCompensation);
+    let jitter = Timing { jitter: 0.2, ..Timing::default() };
+    let cogs = Actuators { cogging: [0.1; 2], ..Actuators::default() };
+    for effects in [
+        Effects { timing: jitter, ..Effects::default() },
+        Effects { actuators: cogs, ..Effects::default() },
+    ] {
+        let went = together(&plants, controller, &State::new(()), (Some(1e-3), effects));
+        assert_eq!(went, [false; LANES]);
+    }
     let dry = JointFriction { coulomb: [0.3; 2], smoothing: 0.0, ..Default::default() };
     let plants = core::array::from_fn(|i| pushed(chain::<3>(0.1 * i as f64, dry)));
     assert_eq!(all_ways(&plants, chain(0.0, dry)), [false; LANES]);
