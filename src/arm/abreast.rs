@@ -4,8 +4,8 @@ use core::array::from_fn;
 
 use pulp::Simd;
 
-use super::planar::Planar;
-use super::serial::{Chain, Frames};
+use super::planar::{Planar, back, two};
+use super::serial::{Chain, Frames, Links, Part};
 use super::side::{Form, Side};
 use super::{Factor, JointFriction};
 use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector, none_missing};
@@ -190,15 +190,7 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
         (simd, part): (S, usize),
         Planes { first, second, dq }: &Self::Moves<S>,
     ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-        let arms = self.load(simd, part);
-        let (own, bias) = (arms.mass(second.1), arms.rigid_at(*first, *second, dq));
-        let mut mass = Matrix::<N, _>::repeat(own[(0, 0)]);
-        for i in 0..N {
-            for j in 0..N {
-                mass[(i, j)] = own[(i.min(1), j.min(1))];
-            }
-        }
-        (mass, back(&bias))
+        self.load(simd, part).dynamics(*first, *second, dq)
     }
 
     #[inline(always)]
@@ -230,7 +222,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         q: &Vector<N, Register<S>>,
         dq: &Vector<N, Register<S>>,
     ) -> Self::Moves<S> {
-        self.frames(at, q, dq)
+        Part { chains: self, at }.frames(q, dq)
     }
 
     #[inline(always)]
@@ -239,7 +231,8 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         at: (S, usize),
         moves: &Self::Moves<S>,
     ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-        (self.mass_matrices(at, moves), self.biases(at, moves))
+        let part = Part { chains: self, at };
+        (part.mass_matrix(moves), part.bias(moves))
     }
 
     #[inline(always)]
@@ -250,14 +243,15 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         tau: &Vector<N, Register<S>>,
         friction: Option<&Vector<N, Register<S>>>,
     ) -> Vector<N, Register<S>> {
-        let (mut bias, mut net) = (self.biases(at, moves), *tau);
+        let part = Part { chains: self, at };
+        let (mut bias, mut net) = (part.bias(moves), *tau);
         for n in 0..N {
             if let Some(friction) = friction {
                 bias[n] += friction[n];
             }
             net[n] -= bias[n];
         }
-        Factor::of(&self.mass_matrices(at, moves)).solve(&net)
+        Factor::of(&part.mass_matrix(moves)).solve(&net)
     }
 }
 
@@ -300,20 +294,4 @@ impl Load for Planar<Abreast> {
             has_gravity: self.has_gravity,
         }
     }
-}
-
-/// The entries of two joints. Nothing is left of this where `N` is 2; elsewhere nobody asks.
-#[inline(always)]
-fn two<const N: usize, T: Real>(x: &Vector<N, T>) -> Vector<2, T> {
-    Vector::<2, T>::new(x[0], x[1.min(N - 1)])
-}
-
-/// The way back.
-#[inline(always)]
-fn back<const N: usize, T: Real>(x: &Vector<2, T>) -> Vector<N, T> {
-    let mut all = Vector::<N, T>::repeat(x[0]);
-    for n in 1..N {
-        all[n] = x[1];
-    }
-    all
 }

@@ -15,8 +15,8 @@ mod planar;
 mod posed;
 mod resistance;
 mod serial;
-#[cfg(feature = "std")]
 mod side;
+mod single;
 mod two_link;
 
 #[cfg(feature = "std")]
@@ -28,13 +28,13 @@ pub use parametric::{Parametric, Regressor};
 pub(crate) use posed::Posed;
 pub(crate) use resistance::Resistance;
 #[cfg(feature = "std")]
-pub(crate) use serial::{Flaw, SYMMETRIC};
+pub(crate) use serial::{Flaw, MAX_ABREAST, SYMMETRIC};
 pub use serial::{
     Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
     Unphysical,
 };
-#[cfg(feature = "std")]
 pub use side::Side;
+pub(crate) use single::SingleArm;
 pub use two_link::{TwoLink, TwoLinkParameters};
 
 use nalgebra::SMatrix;
@@ -162,7 +162,6 @@ pub trait Arm<const N: usize> {
     }
 
     /// What of it is put beside other arms, for many runs at a time; `None` where it cannot be.
-    #[cfg(feature = "std")]
     fn side(&self) -> Option<Side<'_, N>> {
         None
     }

@@ -71,4 +71,38 @@ impl<T: Real> Planar<T> {
             (mass[(0, 0)] * x[1] - mass[(0, 1)] * x[0]) * inverse_det,
         )
     }
+
+    /// M and C q̇ + G from the same, of as many joints as there are: two.
+    #[inline(always)]
+    pub fn dynamics<const N: usize>(
+        &self,
+        first: Option<(T, T)>,
+        second: (T, T),
+        dq: &Vector<2, T>,
+    ) -> (Matrix<N, T>, Vector<N, T>) {
+        let (own, bias) = (self.mass(second.1), self.rigid_at(first, second, dq));
+        let mut mass = Matrix::<N, T>::repeat(own[(0, 0)]);
+        for i in 0..N {
+            for j in 0..N {
+                mass[(i, j)] = own[(i.min(1), j.min(1))];
+            }
+        }
+        (mass, back(&bias))
+    }
+}
+
+/// The entries of two joints. Nothing is left of this where `N` is 2; elsewhere nobody asks.
+#[inline(always)]
+pub(super) fn two<const N: usize, T: Real>(x: &Vector<N, T>) -> Vector<2, T> {
+    Vector::<2, T>::new(x[0], x[1.min(N - 1)])
+}
+
+/// The way back.
+#[inline(always)]
+pub(super) fn back<const N: usize, T: Real>(x: &Vector<2, T>) -> Vector<N, T> {
+    let mut all = Vector::<N, T>::repeat(x[0]);
+    for n in 1..N {
+        all[n] = x[1];
+    }
+    all
 }

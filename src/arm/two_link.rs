@@ -11,7 +11,6 @@
 
 use nalgebra::SMatrix;
 
-#[cfg(feature = "std")]
 use super::Side;
 use super::planar::Planar;
 use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
@@ -190,7 +189,6 @@ impl Arm<2> for TwoLink {
         self.has_friction
     }
 
-    #[cfg(feature = "std")]
     fn side(&self) -> Option<Side<'_, 2>> {
         let friction = [0, 1].map(|joint| self.joint_friction(joint));
         let smooth = !self.sticks;

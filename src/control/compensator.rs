@@ -1,9 +1,7 @@
 //! What a compensator is: `ρ̂` at the stages of a Runge-Kutta step, and a memory that moves with
 //! the step.
 
-#[cfg(feature = "std")]
-use super::Learns;
-use super::{Applied, Channel, Sample};
+use super::{Applied, Channel, Learns, Sample};
 use crate::error::Result;
 use crate::math::Vector;
 
@@ -90,7 +88,6 @@ pub trait Compensator<const N: usize, S> {
 
     /// What of it is put beside others, from this state on, for many runs at a time; `None` where
     /// it cannot be: it is then asked by itself.
-    #[cfg(feature = "std")]
     fn learns<'a>(&'a self, _state: &'a S) -> Option<Learns<'a, N>> {
         None
     }
@@ -144,7 +141,6 @@ pub struct Audit<const N: usize> {
 pub struct NoCompensation;
 
 impl<const N: usize> Compensator<N, ()> for NoCompensation {
-    #[cfg(feature = "std")]
     fn learns<'a>(&'a self, (): &'a ()) -> Option<Learns<'a, N>> {
         Some(Learns::NOTHING)
     }

@@ -9,9 +9,7 @@
 
 use super::gains::feedback;
 use super::{Demand, Gains, Law, Sample};
-#[cfg(feature = "std")]
-use crate::arm::Side;
-use crate::arm::{Arm, JointFriction};
+use crate::arm::{Arm, JointFriction, Side};
 use crate::math::{FNV_START, Matrix, Real, Vector, fnv_of, product};
 
 /// What computed torque asks the arm to do: the acceleration v for a sample. It remembers nothing;
@@ -84,7 +82,6 @@ impl<const N: usize, A: Arm<N>, F: Feedback<N>> Law<N> for ComputedTorque<N, A, 
         self.torque_by(&self.arm.mass_matrix_and_bias(&seen.q, &seen.dq), seen, rho_hat)
     }
 
-    #[cfg(feature = "std")]
     fn model(&self) -> Option<Side<'_, N>> {
         self.arm.side()
     }

@@ -2,9 +2,7 @@
 //! `τ = τ_model + τ_compensation`.
 
 use super::{Gains, Sample};
-use crate::arm::JointFriction;
-#[cfg(feature = "std")]
-use crate::arm::Side;
+use crate::arm::{JointFriction, Side};
 use crate::math::{Matrix, Vector};
 
 /// A control law for `N` joints. All that it knows is in `&self`, and it remembers nothing. What
@@ -43,7 +41,6 @@ pub trait Law<const N: usize> {
 
     /// The arm that it believes in, where all that it needs of it for a torque is M₀ and H₀ at the
     /// measured motion: of many runs these are found side by side.
-    #[cfg(feature = "std")]
     fn model(&self) -> Option<Side<'_, N>> {
         None
     }

@@ -35,5 +35,6 @@ pub(super) struct PerJointSide<'a, const N: usize> {
     /// The rows of weights, of this length, rule after rule.
     pub weights: &'a [f64],
     pub row: usize,
+    #[cfg(feature = "std")]
     pub advances: u64,
 }

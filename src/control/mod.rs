@@ -27,11 +27,11 @@ mod guard;
 mod inputs;
 mod kernel_compensator;
 mod law;
-#[cfg(feature = "std")]
 mod learns;
 mod limits;
 mod sample;
 mod saved;
+mod single;
 mod stages;
 mod state;
 mod update;
@@ -64,11 +64,11 @@ pub(crate) use guard::{Seen, Turn};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use law::{Applied, Demand, Law};
-#[cfg(feature = "std")]
 pub use learns::Learns;
 pub use limits::Limits;
 pub use sample::Sample;
 pub use saved::{Origin, Saves};
+pub use single::{Single, SingleState};
 pub use stages::MAX_STAGES;
 pub use state::State;
 pub use update::FuzzyParameters;

@@ -77,6 +77,11 @@ impl Error {
         Self::new("record_every", Problem::RecordTooLarge { every, rows, row_bytes, limit })
     }
 
+    /// [`Problem::NotSingle`].
+    pub(crate) const fn not_single(parameter: &'static str, wanted: &'static str) -> Self {
+        Self::new(parameter, Problem::NotSingle { wanted })
+    }
+
     /// [`Problem::NotSymmetric`], with the entries (row, column) and (column, row) so far apart.
     pub(crate) const fn not_symmetric(
         parameter: &'static str,

@@ -26,6 +26,12 @@ pub enum Problem {
     },
     /// A parameter that has to be there is not.
     Missing,
+    /// A part of a controller has no form in single precision.
+    #[non_exhaustive]
+    NotSingle {
+        /// What has one, in words.
+        wanted: &'static str,
+    },
     /// A parameter has the wrong number of entries.
     #[non_exhaustive]
     WrongLength {
@@ -134,6 +140,9 @@ impl Problem {
         match self {
             Self::NotFinite { got } => write!(f, "got {}, wants a finite number", Number(got)),
             Self::OutOfRange { got, wanted } => write!(f, "got {}, wants {wanted}", Number(got)),
+            Self::NotSingle { wanted } => {
+                write!(f, "has no form in single precision, wants {wanted}")
+            }
             Self::Missing => f.write_str("is missing, wants a value"),
             Self::WrongLength { got, wanted } => write!(f, "got {got} entries, wants {wanted}"),
             Self::TooMany { got: Some(got), limit } => {

@@ -10,7 +10,6 @@ use super::form::{MAX_INPUTS, MAX_SETS};
 use super::kronecker::Column;
 use super::lanes::dot_lanes;
 use super::lattice::Lattice;
-#[cfg(feature = "std")]
 use super::lattice::Spaced;
 use super::membership::Sets;
 use super::places::Span;
@@ -184,7 +183,6 @@ impl Axes {
     }
 
     /// The sets of an input, if they are on a lattice.
-    #[cfg(feature = "std")]
     pub fn spaced(&self, numbers: &[f64], input: usize) -> Option<Spaced> {
         let mut rest = numbers;
         for (lattice, table) in self.lattices[..self.lattice_count].iter().zip(&self.tables) {

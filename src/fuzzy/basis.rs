@@ -19,7 +19,6 @@ use super::axes::{Axes, Axis};
 use super::form::{Form, MAX_INPUTS};
 use super::kronecker::{Column, kronecker};
 use super::lanes::dot;
-#[cfg(feature = "std")]
 use super::lattice::Spaced;
 use super::layout::Layout;
 use super::membership::exponentials;
@@ -137,13 +136,11 @@ impl<B: Buffer> FuzzyBasis<B> {
     }
 
     /// The sets of an input, if they are on a lattice.
-    #[cfg(feature = "std")]
     pub(crate) fn spaced(&self, input: usize) -> Option<Spaced> {
         self.axes.spaced(self.numbers.as_slice(), input)
     }
 
     /// Whether all rules of a block are in its trailing factor, lane after lane.
-    #[cfg(feature = "std")]
     pub(crate) fn is_inner(&self) -> bool {
         self.layout.leading == 0 && self.layout.dyads[0].len() == 0
     }

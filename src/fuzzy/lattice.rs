@@ -11,9 +11,7 @@
 
 use pulp::Simd;
 
-#[cfg(feature = "std")]
-use crate::math::Real;
-use crate::math::{LANES, Line, TINY_MEMBERSHIP, exp, exponential, lanes_unless_tiny, sqrt};
+use crate::math::{LANES, Line, Real, TINY_MEMBERSHIP, exp, exponential, lanes_unless_tiny, sqrt};
 
 /// Centres count as evenly stepped when they are this close to a common lattice, in steps.
 const LATTICE_TOL: f64 = 1e-12;
@@ -26,6 +24,9 @@ const MAX_SETS: usize = MAX_STEPS + 1;
 
 /// Largest exponent on the lattice: e^±600 and their products with the constants are normal floats.
 const MAX_EXPONENT: f64 = 600.0;
+
+/// The same in single precision.
+const MAX_SINGLE: f64 = 80.0;
 
 /// Lattices span at most this exponent, so that they reach beyond their last centre.
 const MAX_SPAN: f64 = 0.25 * MAX_EXPONENT;
@@ -100,7 +101,6 @@ impl Lattice {
     }
 
     /// The sets of the input in a lane.
-    #[cfg(feature = "std")]
     pub fn spaced(&self, numbers: &[f64], lane: usize) -> Spaced {
         let rows = numbers.as_chunks::<LANES>().0;
         let (mut head, mut decays) = (UNUSED, [1.0; MAX_SETS]);
@@ -179,23 +179,43 @@ impl Lattice {
     }
 }
 
-/// The sets of one input on a lattice, for inputs of several runs side by side.
+/// The sets of one input on a lattice, for inputs of several runs side by side, and for one in
+/// single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg(feature = "std")]
-pub(crate) struct Spaced {
+pub(crate) struct Spaced<X = f64> {
     /// First centre, slope of the exponent, half precision, reach.
-    head: [f64; HEAD],
-    decays: [f64; MAX_SETS],
+    head: [X; HEAD],
+    decays: [X; MAX_SETS],
     pattern: Pattern,
 }
 
-#[cfg(feature = "std")]
+/// Sets at the most of one that is [`Spaced`].
+pub(crate) const MOST_SPACED: usize = MAX_SETS;
+
 impl Spaced {
-    /// Sets at the most.
-    pub const MOST: usize = MAX_SETS;
     pub const NONE: Self =
         Self { head: UNUSED, decays: [1.0; MAX_SETS], pattern: Lattice::EMPTY.pattern };
 
+    /// The same in single precision, within the reach of that; `None` if the sets are too far apart
+    /// for it.
+    pub fn single(&self) -> Option<Spaced<f32>> {
+        let Self { mut head, decays, pattern } = *self;
+        let [_, slope, half_precision, reach] = &mut head;
+        let span = *slope * f64::from(pattern.steps[self.len().max(1) - 1]);
+        *reach = reach.min(MAX_SINGLE / span).min(sqrt(MAX_SINGLE / *half_precision));
+        let spans = -libm::log(decays[self.len().max(1) - 1]);
+        let close = 4.0 * spans <= MAX_SINGLE;
+        let (head, decays) = (head.map(|x| x as f32), decays.map(|x| x as f32));
+        close.then_some(Spaced { head, decays, pattern })
+    }
+}
+
+impl Spaced<f32> {
+    pub const NOTHING: Self =
+        Self { head: [0.0; HEAD], decays: [1.0; MAX_SETS], pattern: Lattice::EMPTY.pattern };
+}
+
+impl<X: Copy> Spaced<X> {
     /// Number of sets.
     #[inline(always)]
     pub fn len(&self) -> usize {
@@ -209,17 +229,24 @@ impl Spaced {
 
     /// t at x, and NaN where x is beyond the reach of the lattice, or 0.
     #[inline(always)]
-    pub fn ratio<T: Real>(&self, x: T) -> (T, T) {
+    pub fn ratio<T: Real<Number = X>>(&self, x: T) -> (T, T) {
         let [center, slope, _, reach] = self.head;
-        let offset = x - x.like(center);
-        let beyond = x.like(reach).if_less(offset.abs(), x.like(f64::NAN), x.like(0.0));
-        ((x.like(slope) * offset).series_exp(), beyond)
+        let offset = x - x.all(center);
+        let beyond = x.all(reach).if_less(offset.abs(), x.like(f64::NAN), x.like(0.0));
+        ((x.all(slope) * offset).series_exp(), beyond)
+    }
+
+    /// The place next to x within the reach of the lattice.
+    pub fn within<T: Real<Number = X>>(&self, x: T) -> T {
+        let [center, _, _, reach] = self.head.map(|number| x.all(number));
+        let (low, high) = (center - reach, center + reach);
+        x.if_less(low, low, high.if_less(x, high, x))
     }
 
     /// The memberships in so many `sets`, `L` at the most, even or not, as [`Lattice::part`] makes
     /// them of one run.
     #[inline(always)]
-    pub fn memberships<const L: usize, T: Real>(
+    pub fn memberships<const L: usize, T: Real<Number = X>>(
         &self,
         (x, t): (T, T),
         (sets, even): (usize, bool),
@@ -243,15 +270,15 @@ impl Spaced {
                     k += 1;
                 }
             }
-            out[set] = x.like(self.decays[set]) * power;
+            out[set] = x.all(self.decays[set]) * power;
             sum += out[set];
         }
         let scale = if normalized {
             x.like(1.0) / sum
         } else {
             let [center, _, half_precision, _] = self.head;
-            let offset = x - x.like(center);
-            (-(offset * offset * x.like(half_precision))).series_exp()
+            let offset = x - x.all(center);
+            (-(offset * offset * x.all(half_precision))).series_exp()
         };
         for set in 0..sets.min(L) {
             out[set] = (out[set] * scale).unless_tiny(TINY_MEMBERSHIP);

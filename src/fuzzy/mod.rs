@@ -22,7 +22,6 @@ pub use basis::FuzzyBasis;
 pub use form::{Form, MAX_INPUTS, MAX_RULES, MAX_SETS};
 pub use kernel_basis::KernelBasis;
 pub(crate) use kernel_basis::{Compare, Kernel, Memberships, Nearest};
-#[cfg(feature = "std")]
-pub(crate) use lattice::Spaced;
+pub(crate) use lattice::{MOST_SPACED, Spaced};
 pub(crate) use memory::Memory;
 pub use memory::{Buffer, Room};

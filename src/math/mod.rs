@@ -13,6 +13,7 @@ mod real;
 mod register;
 #[cfg(feature = "std")]
 mod sines;
+mod single;
 
 #[cfg(feature = "std")]
 pub(crate) use abreast::{Abreast, lane, none_missing, side_by_side};

@@ -25,8 +25,14 @@ pub trait Real:
     + AddAssign
     + SubAssign
 {
+    /// One of the numbers.
+    type Number: Copy + Debug + PartialEq;
+
     /// The same number x everywhere, in a value of the kind of this one.
     fn like(self, x: f64) -> Self;
+
+    /// The same for one of the numbers.
+    fn all(self, x: Self::Number) -> Self;
 
     /// `then` where `self` < `other`, and `otherwise` elsewhere, also at NaN.
     fn if_less(self, other: Self, then: Self, otherwise: Self) -> Self;
@@ -58,7 +64,7 @@ pub trait Real:
     /// x plus or minus the turns that bring it into [−π, π).
     fn around(self) -> Self;
 
-    /// The whole number next to x, |x| < 2⁵¹.
+    /// The whole number next to x, |x| < 2⁵¹, or 2²² in single precision.
     #[inline(always)]
     fn whole(self) -> Self {
         let rounder = self.like(ROUNDER);
@@ -79,8 +85,15 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    type Number = Self;
+
     #[inline(always)]
     fn like(self, x: f64) -> Self {
+        x
+    }
+
+    #[inline(always)]
+    fn all(self, x: Self) -> Self {
         x
     }
 

@@ -104,6 +104,13 @@ impl<S: Simd> SubAssign for Register<S> {
 }
 
 impl<S: Simd> Real for Register<S> {
+    type Number = f64;
+
+    #[inline(always)]
+    fn all(self, x: f64) -> Self {
+        self.like(x)
+    }
+
     #[inline(always)]
     fn like(self, x: f64) -> Self {
         Self { numbers: self.simd.splat_f64s(x), ..self }

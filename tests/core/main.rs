@@ -16,3 +16,4 @@ mod limits;
 mod riccati;
 mod room;
 mod serial;
+mod single;

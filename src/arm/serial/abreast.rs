@@ -1,9 +1,9 @@
 //! Chains side by side, a chain a lane.
 
-use super::inverse::{Moving, Wrench};
 use super::joint::{Chain, Joint, Mass};
+use super::links::Links;
 use super::space::{Sym3, Turn, V3};
-use crate::math::{Abreast, LANES, Load, Register, Vector};
+use crate::math::{Abreast, LANES, Load, Register};
 use pulp::Simd;
 
 impl<const N: usize> Chain<N, Abreast> {
@@ -27,52 +27,25 @@ impl<const N: usize> Chain<N, Abreast> {
         };
         self.gravity == other.gravity && self.joints.iter().zip(&other.joints).all(same)
     }
-
-    /// The frames at q, and how they move under gravity with q̇, of a part.
-    #[inline(always)]
-    pub fn frames<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        q: &Vector<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-    ) -> Frames<N, Register<S>> {
-        let gravity = self.gravity.load(simd, part);
-        let zero = V3::zero_like(gravity.x);
-        let mut moving = Moving::base(zero - gravity);
-        let mut frames = [(self.joints[0].rest.load(simd, part), moving); N];
-        for i in 0..N {
-            let joint = self.joints[i].load(simd, part);
-            let turn = joint.turn(q[i]);
-            moving = moving.outward(&turn, joint.revolute, dq[i], zero.x);
-            frames[i] = (turn, moving);
-        }
-        frames
-    }
-
-    /// C q̇ + G of a part.
-    #[inline(always)]
-    pub fn biases<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        frames: &Frames<N, Register<S>>,
-    ) -> Vector<N, Register<S>> {
-        let zero = V3::zero_like(frames[0].0.c);
-        let mut tau = Vector::<N, _>::repeat(zero.x);
-        let mut beyond = Wrench { f: zero, n: zero };
-        for i in (0..N).rev() {
-            let (joint, (turn, moving)) = (self.joints[i].load(simd, part), &frames[i]);
-            let all = joint.wrench_of(moving).plus(&beyond);
-            tau[i] = all.along(joint.revolute);
-            if i > 0 {
-                beyond = all.inward(turn);
-            }
-        }
-        tau
-    }
 }
 
-/// The frames of a chain, each in the one before, and how they move.
-pub(crate) type Frames<const N: usize, T> = [(Turn<T>, Moving<T>); N];
+/// A part of chains side by side.
+pub(crate) struct Part<'a, const N: usize, S: Simd> {
+    pub chains: &'a Chain<N, Abreast>,
+    pub at: (S, usize),
+}
+
+impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
+    #[inline(always)]
+    fn joint(&self, i: usize) -> Joint<Register<S>> {
+        self.chains.joints[i].load(self.at.0, self.at.1)
+    }
+
+    #[inline(always)]
+    fn gravity(&self) -> V3<Register<S>> {
+        self.chains.gravity.load(self.at.0, self.at.1)
+    }
+}
 
 impl Load for Joint<Abreast> {
     type In<S: Simd> = Joint<Register<S>>;

@@ -6,15 +6,9 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-#[cfg(feature = "std")]
-use super::abreast::Frames;
 use super::inverse::Wrench;
-#[cfg(feature = "std")]
-use super::joint::Joint;
 use super::joint::{Chain, Mass};
 use super::space::{Turn, V3};
-#[cfg(feature = "std")]
-use crate::math::{Abreast, Load, Register};
 use crate::math::{LANES, Line, Matrix, Real};
 
 /// Line k has a one in lane k.
@@ -30,7 +24,7 @@ static ONES: [Line; LANES] = {
 
 /// What accelerates `body` along the axis of its joint by 1.
 #[inline(always)]
-fn unit_wrench<T: Real>(body: &Mass<T>, revolute: bool) -> Wrench<T> {
+pub(super) fn unit_wrench<T: Real>(body: &Mass<T>, revolute: bool) -> Wrench<T> {
     let (h, k, zero) = (body.h, &body.sigma, body.m.like(0.0));
     if revolute {
         Wrench { f: V3::new(-h.y, h.x, zero), n: V3::new(-k.xz, -k.yz, k.xx + k.yy) }
@@ -148,39 +142,6 @@ impl<const N: usize> Chain<N> {
                     m[(j, i)] = m[(i, j)];
                 }
                 m[(j, j)] += self.joints[j].armature;
-            }
-        }
-        m
-    }
-}
-
-#[cfg(feature = "std")]
-impl<const N: usize> Chain<N, Abreast> {
-    /// The same of a part of arms side by side, where a lane is an arm and no column.
-    #[inline(always)]
-    pub fn mass_matrices<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        frames: &Frames<N, Register<S>>,
-    ) -> Matrix<N, Register<S>> {
-        let zero = V3::zero_like(frames[0].0.c);
-        let mut m = Matrix::<N, _>::repeat(zero.x);
-        let mut columns = [Wrench { f: zero, n: zero }; N];
-        let mut body = self.joints[N - 1].mass.load(simd, part);
-        for i in (0..N).rev() {
-            let Joint { revolute, armature, .. } = &self.joints[i];
-            columns[i] = unit_wrench(&body, *revolute);
-            for j in i..N {
-                let axis = columns[j].along(*revolute);
-                (m[(i, j)], m[(j, i)]) = (axis, axis);
-                if i > 0 {
-                    columns[j] = columns[j].inward(&frames[i].0);
-                }
-            }
-            m[(i, i)] += armature.load(simd, part);
-            if i > 0 {
-                let mass = self.joints[i - 1].mass.load(simd, part);
-                body = mass.plus(&body.inward(&frames[i].0));
             }
         }
         m

@@ -17,6 +17,7 @@ mod joint;
 mod kinematics;
 mod limits;
 mod link;
+mod links;
 mod parameters;
 mod perturb;
 mod place;
@@ -36,15 +37,16 @@ pub use unphysical::Unphysical;
 #[cfg(feature = "std")]
 pub(crate) use unphysical::{Flaw, SYMMETRIC};
 
-#[cfg(feature = "std")]
-use crate::arm::Side;
-use crate::arm::{Arm, Factor, JointFriction, Posed};
+use crate::arm::{Arm, Factor, JointFriction, Posed, Side};
 use crate::error::{Result, finite, not_empty};
 use crate::math::{Matrix, Vector};
 #[cfg(feature = "std")]
-pub(crate) use abreast::Frames;
+pub(crate) use abreast::Part;
 pub(super) use joint::Chain;
 use joint::Mass;
+#[cfg(feature = "std")]
+pub(crate) use links::Frames;
+pub(crate) use links::Links;
 use place::{Of, PoseNames};
 use space::V3;
 use validate::validate_pose;
@@ -56,6 +58,10 @@ const PROBES: usize = 4;
 /// An inertia below this share of what lies beyond a joint (m r², or m for one that slides) is
 /// rounding.
 const NEGLIGIBLE: f64 = 1e-13;
+
+/// Up to this many joints arms go side by side.
+#[cfg(feature = "std")]
+pub(crate) const MAX_ABREAST: usize = SHORT;
 
 /// Up to this many joints M is factored. Beyond, articulated bodies are used, whose cost grows with
 /// N and not with N³. Factoring is faster at 7 joints; where that ends has not been measured.
@@ -283,7 +289,6 @@ impl<const N: usize> Arm<N> for Serial<N> {
         self.add_stop_torques(Vector::zeros(), q, dq)
     }
 
-    #[cfg(feature = "std")]
     fn side(&self) -> Option<Side<'_, N>> {
         let friction = self.chain.joints.each_ref().map(|joint| joint.friction);
         let plain = !self.sticks && !self.has_stops && N <= SHORT;

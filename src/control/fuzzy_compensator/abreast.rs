@@ -10,8 +10,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::control::learns::PerJointSide;
 use crate::control::{Inputs, MAX_STAGES, Sample, Stage};
-use crate::fuzzy::Spaced;
 use crate::fuzzy::lanes::FLUSH_EVERY;
+use crate::fuzzy::{MOST_SPACED, Spaced};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, TINY_ESTIMATE, TINY_KERNEL, TINY_TERM, TINY_WEIGHT,
     Vector, store,
@@ -55,7 +55,7 @@ struct Shape {
 /// weights.
 #[derive(Clone, Debug)]
 struct Recorded<const N: usize> {
-    memberships: [[[Abreast; Spaced::MOST]; INPUTS]; N],
+    memberships: [[[Abreast; MOST_SPACED]; INPUTS]; N],
     drive: Vector<N, Abreast>,
 }
 
@@ -75,7 +75,7 @@ impl<const N: usize> PerJoint<N> {
         let alike = alike && sets.iter().all(|own| own.each_ref().map(Spaced::len) == lengths);
         let even = sets.iter().flatten().all(Spaced::is_even);
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
-        let memberships = [[[Abreast::all(0.0); Spaced::MOST]; INPUTS]; N];
+        let memberships = [[[Abreast::all(0.0); MOST_SPACED]; INPUTS]; N];
         alike.then(|| Self {
             inputs,
             sets,
@@ -95,6 +95,7 @@ impl<const N: usize> PerJoint<N> {
     }
 
     /// ρ̂ at a stage, and what drives the weights there; an input out of reach is `lost`.
+    #[inline(never)]
     pub fn estimate(
         &mut self,
         arch: Arch,
@@ -106,6 +107,7 @@ impl<const N: usize> PerJoint<N> {
     }
 
     /// Holds the weights of the runs whose torque was limited.
+    #[inline(never)]
     pub fn acted(
         &mut self,
         arch: Arch,
@@ -117,6 +119,7 @@ impl<const N: usize> PerJoint<N> {
     }
 
     /// Moves the weights to the end of a step.
+    #[inline(never)]
     pub fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
         self.advances += 1;
         arch.dispatch(Advance { it: self, end });
@@ -144,7 +147,7 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
             Shape { sets: [3, 3], even: true } => self.of::<3, S>(simd, [3, 3], true),
             Shape { sets: [5, 5], even: true } => self.of::<5, S>(simd, [5, 5], true),
             Shape { sets: [7, 7], even: true } => self.of::<7, S>(simd, [7, 7], true),
-            Shape { sets, even } => self.of::<{ Spaced::MOST }, S>(simd, sets, even),
+            Shape { sets, even } => self.of::<MOST_SPACED, S>(simd, sets, even),
         }
     }
 }
@@ -206,7 +209,7 @@ type Rules<S, const L: usize> = [[Register<S>; L]; INPUTS];
 fn keep<S: Simd, const L: usize>(
     (_, part): (S, usize),
     from: &[Register<S>; L],
-    to: &mut [Abreast; Spaced::MOST],
+    to: &mut [Abreast; MOST_SPACED],
     sets: usize,
 ) {
     for set in 0..sets.min(L) {
@@ -240,7 +243,7 @@ fn contract<S: Simd, const L: usize>(
 fn correlate<S: Simd, const L: usize>(
     at: (S, usize),
     [first, second]: &Rules<S, L>,
-    [past_first, past_second]: &[[Abreast; Spaced::MOST]; INPUTS],
+    [past_first, past_second]: &[[Abreast; MOST_SPACED]; INPUTS],
     [rows, columns]: [usize; INPUTS],
 ) -> Register<S> {
     let product = inner(at, first, past_first, rows).unless_tiny(TINY_KERNEL);
@@ -251,7 +254,7 @@ fn correlate<S: Simd, const L: usize>(
 fn inner<S: Simd, const L: usize>(
     (simd, part): (S, usize),
     left: &[Register<S>; L],
-    right: &[Abreast; Spaced::MOST],
+    right: &[Abreast; MOST_SPACED],
     sets: usize,
 ) -> Register<S> {
     let mut sum = left[0].like(0.0);

@@ -16,12 +16,10 @@ pub(super) use abreast::PerJoint;
 pub(super) use saved::FROZEN;
 pub use state::FuzzyState;
 
-#[cfg(feature = "std")]
 use super::learns::{Kind, Learns, PerJointSide};
 use super::update::{FuzzyParameters, MAX_WEIGHT, Update};
 use super::{Gains, MAX_STAGES};
 use crate::error::{Result, length, within};
-#[cfg(feature = "std")]
 use crate::fuzzy::Spaced;
 use crate::fuzzy::lanes::norm_squared;
 use crate::fuzzy::{Buffer, Form, FuzzyBasis, Memory, Room};
@@ -73,7 +71,6 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
 
     /// What of it is put beside others: a grid for each joint over two inputs on lattices, whose
     /// weights move by the law (18) alone.
-    #[cfg(feature = "std")]
     fn per_joint_side<'a, B: Buffer>(
         &'a self,
         state: &'a FuzzyState<N, B>,
@@ -98,6 +95,7 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
             gain: adaptation.gain,
             weights: state.memory.as_slice(),
             row: self.basis.row_len(),
+            #[cfg(feature = "std")]
             advances: state.advances,
         };
         Some(Learns(Kind::PerJoint(side)))
@@ -244,7 +242,6 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
 /// What a weight may be.
 /// Weights whose squares add up to more do not go side by side with others: they might come to be
 /// refused.
-#[cfg(feature = "std")]
 const MOST_NORM: f64 = 1e200;
 
 const USABLE: &str = "weights of at most 1e150";

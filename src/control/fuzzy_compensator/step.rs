@@ -5,9 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::tasks::{Dots, Products, WriteRows};
 use super::{FuzzyCompensator, FuzzyState, Places};
-#[cfg(feature = "std")]
-use crate::control::Learns;
-use crate::control::{Applied, Audit, Buffer, Compensator, MAX_STAGES, Sample, Stage};
+use crate::control::{Applied, Audit, Buffer, Compensator, Learns, MAX_STAGES, Sample, Stage};
 use crate::error::Result;
 use crate::fuzzy::Activate;
 use crate::fuzzy::lanes::{FLUSH_EVERY, flush};
@@ -86,7 +84,6 @@ impl<const N: usize, T: Buffer, B: Buffer> Compensator<N, FuzzyState<N, B>>
         state.unfreeze();
     }
 
-    #[cfg(feature = "std")]
     fn learns<'a>(&'a self, state: &'a FuzzyState<N, B>) -> Option<Learns<'a, N>> {
         self.per_joint_side(state)
     }

@@ -144,18 +144,21 @@ impl<const N: usize> Bodies<N> {
     }
 
     /// Goes to stage i of a step of `h` \[s\].
+    #[inline(never)]
     pub fn go(&mut self, i: usize, h: f64, desired: &Setpoint<N, Abreast>) {
         self.arch.dispatch(Go { bodies: self, i, h, desired });
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
     /// says, if it `counts`.
+    #[inline(never)]
     pub fn note(&mut self, t: f64, counts: bool) {
         let row = if counts { self.figures.row(t) } else { None };
         self.arch.dispatch(Note { bodies: self, row });
     }
 
     /// Ends a step of `h` \[s\].
+    #[inline(never)]
     pub fn end(&mut self, h: f64) {
         self.arch.dispatch(End { bodies: self, h });
     }

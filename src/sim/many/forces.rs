@@ -12,6 +12,7 @@ use crate::sim::stiff::none_beyond_rk4;
 impl<const N: usize> Bodies<N> {
     /// Moves stage i of a step of `h` \[s\] by the laws of `drivers`, with estimates `rho_hat` and
     /// under disturbances `tau_d`. Their torque is to be `held`, or each stage has its own.
+    #[inline(never)]
     pub fn act(
         &mut self,
         drivers: &Drivers<N>,
@@ -24,6 +25,7 @@ impl<const N: usize> Bodies<N> {
     }
 
     /// Moves stage i of a step of `h` \[s\] by what is applied, under disturbances `tau_d`.
+    #[inline(never)]
     pub fn fly(&mut self, (i, h): (usize, f64), tau_d: &Vector<N, Abreast>) {
         self.arch.dispatch(Fly { bodies: self, i, h, tau_d });
     }
@@ -51,7 +53,7 @@ impl<const N: usize> WithSimd for Act<'_, N> {
             let rho_hat = rho_hat.load(simd, part);
             let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held };
             let ordinary = match (&plants.kind, &drivers.laws.arms().kind) {
-                (Kind::TwoLinks(own), Kind::TwoLinks(models)) => {
+                (Kind::TwoLinks(own), Kind::TwoLinks(models)) if const { N == 2 } => {
                     drivers.act(at, now, (&**own, &**models), &rho_hat, &pushed)
                 }
                 (Kind::Chains(own), Kind::Chains(models)) => {
@@ -82,8 +84,10 @@ impl<const N: usize> WithSimd for Fly<'_, N> {
             let (at, friction) = ((simd, part), plants.friction.as_deref());
             let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held: true };
             let ordinary = match &plants.kind {
-                Kind::TwoLinks(plants) => now.fly(at, &**plants, &pushed),
+                Kind::TwoLinks(plants) if const { N == 2 } => now.fly(at, &**plants, &pushed),
                 Kind::Chains(plants) => now.fly(at, &**plants, &pushed),
+                // Arms of two links have two joints.
+                Kind::TwoLinks(_) => continue,
             };
             (lost.load(simd, part) + ordinary).store(lost, part);
         }

@@ -40,7 +40,7 @@ use super::metrics::Window;
 use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
-use crate::arm::Arm;
+use crate::arm::{Arm, MAX_ABREAST};
 use crate::control::{Compensator, Controller, Front, Law};
 use crate::error::Result;
 use crate::math::LANES;
@@ -147,6 +147,9 @@ where
     S: Clone,
 {
     let nothing = [const { None }; LANES];
+    if const { N > MAX_ABREAST } {
+        return nothing;
+    }
     let (Some(cases), Some((course, window))) = (batch.first_chunk(), course(options, stop)) else {
         return nothing;
     };

@@ -35,6 +35,7 @@ impl<const N: usize> Models<N> {
     }
 
     /// Finds them at q and q̇.
+    #[inline(never)]
     pub fn find(&mut self, arch: Arch, (q, dq): (&Vector<N, Abreast>, &Vector<N, Abreast>)) {
         arch.dispatch(Find { models: self, q, dq });
     }
@@ -64,8 +65,10 @@ impl<const N: usize> WithSimd for Find<'_, N> {
                 dq[n] = dq[n].unless_tiny(TINY_SIGNAL);
             }
             let (own_mass, mut own_bias) = match &arms.kind {
-                Kind::TwoLinks(arms) => dynamics(at, &**arms, (&q, &dq)),
+                Kind::TwoLinks(arms) if const { N == 2 } => dynamics(at, &**arms, (&q, &dq)),
                 Kind::Chains(arms) => dynamics(at, &**arms, (&q, &dq)),
+                // Arms of two links have two joints.
+                Kind::TwoLinks(_) => continue,
             };
             if let Some(friction) = arms.friction_at(at, &dq) {
                 for n in 0..N {

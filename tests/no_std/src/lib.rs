@@ -1,8 +1,13 @@
 //! A controller in static memory behind a C function, without std and without an allocator.
 #![no_std]
 
+#[cfg(feature = "single")]
+#[path = "../../common/panda_numbers.rs"]
+mod panda_numbers;
 #[path = "../../common/no_std_scene.rs"]
 mod scene;
+#[cfg(feature = "single")]
+mod single;
 
 use core::cell::UnsafeCell;
 use core::panic::PanicInfo;
@@ -58,7 +63,6 @@ pub unsafe extern "C" fn steadyarm_step(q: *const f64, dq: *const f64, tau: *mut
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn steadyarm_sizes(sizes: *mut usize) {
     // SAFETY: see above, and no other reference to the tracker is alive.
-    let (tracker, sizes) =
-        unsafe { (&*TRACKER.0.get(), &mut *sizes.cast::<[usize; 4]>()) };
+    let (tracker, sizes) = unsafe { (&*TRACKER.0.get(), &mut *sizes.cast::<[usize; 4]>()) };
     *sizes = tracker.as_ref().map_or([0; 4], scene::sizes);
 }
