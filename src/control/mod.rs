@@ -16,6 +16,7 @@ mod adaptation;
 mod boxed;
 mod bytes;
 mod channel;
+mod checks;
 mod compensator;
 mod computed_torque;
 mod controller;
@@ -44,10 +45,10 @@ pub use adaptation::Adaptation;
 pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
 pub(crate) use bytes::{Numbers, put_all};
 pub use channel::{Channel, Width};
+#[cfg(feature = "std")]
+pub(crate) use checks::check_period;
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
 pub use computed_torque::{ComputedTorque, Feedback};
-#[cfg(feature = "std")]
-pub(crate) use controller::check_period;
 pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
 pub use front::{Front, MAX_DELAY};

@@ -10,7 +10,7 @@
 //! checks all there is, the second one cannot fail.
 
 use super::bytes::{Numbers, put_all};
-use super::controller::{check_period, check_sample};
+use super::checks::{check_period, check_sample};
 use super::front::FrontMemory;
 use super::state::{IMPOSSIBLE, Pending};
 use super::{Applied, Compensator, Controller, Law, NoCompensation, Sample, Stage, State};

@@ -4,6 +4,7 @@
 //!
 //! It is made of a [`Controller`] and says what that says, to about 1e-5 of the torque.
 
+use super::checks::{NEAR, POSSIBLE};
 use super::computed_torque::computed;
 use super::gains::feedback;
 use super::learns::Kind;
@@ -255,14 +256,12 @@ fn check<const N: usize>(
     desired: &Setpoint<N, f32>,
     dt: f32,
 ) -> Result<()> {
-    let near = "a value an arm can have (at most 1e5 rad or m); take whole turns away";
-    let possible = "a value an arm can have (at most 1e10)";
     let signals = [
-        ("q", q, FARTHEST, near),
-        ("q_d", &desired.q, FARTHEST, near),
-        ("dq", dq, FASTEST, possible),
-        ("dq_d", &desired.dq, FASTEST, possible),
-        ("ddq_d", &desired.ddq, FASTEST, possible),
+        ("q", q, FARTHEST, NEAR),
+        ("q_d", &desired.q, FARTHEST, NEAR),
+        ("dq", dq, FASTEST, POSSIBLE),
+        ("dq_d", &desired.dq, FASTEST, POSSIBLE),
+        ("ddq_d", &desired.ddq, FASTEST, POSSIBLE),
     ];
     for (name, signal, most, wanted) in signals {
         for n in 0..N {

@@ -163,7 +163,7 @@ fn a_controller_that_has_no_single_form_is_refused_by_name() {
     }
     let rated = Limits { effort_rate_limit: [1e3; 2], ..Limits::default() };
     let plain = Controller::new(ComputedTorque::new(arm, gains), NoCompensation);
-    assert_eq!(refused(&plain.clone().with_limits(rated).unwrap()), "effort_rate_limit");
+    assert_eq!(refused(&plain.with_limits(rated).unwrap()), "effort_rate_limit");
     let dry =
         steadyarm::arm::Friction { coulomb: [1.0; 2], smoothing: [0.0; 2], ..Default::default() };
     let dry: TwoLink = arm.with_friction(dry).unwrap();

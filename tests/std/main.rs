@@ -15,6 +15,9 @@ mod chains;
 mod common;
 #[path = "../common/counting.rs"]
 mod counting;
+#[cfg(feature = "urdf")]
+#[path = "../common/panda_numbers.rs"]
+mod panda_numbers;
 #[path = "../common/random.rs"]
 mod random;
 #[path = "../common/soak.rs"]
@@ -42,3 +45,5 @@ mod scenario;
 #[cfg(feature = "urdf")]
 mod settings;
 mod sim;
+#[cfg(feature = "urdf")]
+mod single;

@@ -146,6 +146,7 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
         match self.it.shape {
             Shape { sets: [3, 3], even: true } => self.of::<3, S>(simd, [3, 3], true),
             Shape { sets: [5, 5], even: true } => self.of::<5, S>(simd, [5, 5], true),
+            Shape { sets: [5, 5], even: false } => self.of::<5, S>(simd, [5, 5], false),
             Shape { sets: [7, 7], even: true } => self.of::<7, S>(simd, [7, 7], true),
             Shape { sets, even } => self.of::<MOST_SPACED, S>(simd, sets, even),
         }

@@ -2,7 +2,7 @@
 
 use super::{Cause, Event, GuardMemory, GuardParameters};
 use crate::control::Sample;
-use crate::control::controller::{check_motion, check_setpoint};
+use crate::control::checks::{check_motion, check_setpoint};
 use crate::math::{Vector, around};
 
 /// What a sample is worth.

@@ -1,7 +1,7 @@
 //! What a guard allows.
 
 use super::Brake;
-use crate::control::controller::check_period;
+use crate::control::checks::check_period;
 use crate::error::{Result, accepted};
 
 /// Limits and times of a [`Guard`](super::Guard); infinite for no limit.

@@ -1,4 +1,5 @@
-//! The controllers of eight sampled loops: side by side, or one after the other, as each does alone.
+//! The controllers of eight sampled loops: side by side, or one after the other, as each does
+//! alone.
 
 use pulp::{Simd, WithSimd};
 
@@ -76,8 +77,8 @@ impl<const N: usize> Together<N> {
     }
 
     /// The estimates of the compensators for a period that begins. The one before, if it has
-    /// `begun`, ends \[s\]. Where a signal is so small that a controller does not feel it, the run is
-    /// lost.
+    /// `begun`, ends \[s\]. Where a signal is so small that a controller does not feel it, the run
+    /// is lost.
     pub fn estimate(
         &mut self,
         bodies: &mut Bodies<N>,
