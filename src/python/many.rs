@@ -126,11 +126,12 @@ impl Lists<'_, '_> {
             let plant = object::<PyPlant>(&plant, "plant", "a Plant")?.get();
             as_the_tracker::<N>(plant.plants.joints())?;
         }
-        for tracker in self.trackers.iter() {
-            same_joints("tracker", free(&tracker)?.trackers.joints(), N)?;
-        }
+        let all = 0..usize::MAX;
+        each_of(self.trackers, &all, |tracker| {
+            same_joints("tracker", free(&tracker)?.trackers.joints(), N)
+        })?;
         for (list, name) in [(self.q0, "q0"), (self.dq0, "dq0")] {
-            list.iter().try_for_each(|start| joints::<N>(&start, name).map(drop))?;
+            each_of(list, &all, |start| joints::<N>(&start, name).map(drop))?;
         }
         Ok(())
     }
@@ -229,14 +230,22 @@ impl<const N: usize> Ready<N> {
     }
 }
 
-/// What is made of the one entry of a list, or of those of these runs.
+/// What is made of the one entry of a list, or of those of these runs; an error says of which run.
 fn each_of<'py, T>(
     list: &Bound<'py, PyList>,
     range: &Range<usize>,
     make: impl Fn(Bound<'py, PyAny>) -> PyResult<T>,
 ) -> PyResult<Vec<T>> {
-    let range = if list.len() == 1 { 0..1 } else { range.clone() };
-    range.map(|run| make(list.get_item(run)?)).collect()
+    if list.len() == 1 {
+        return Ok(vec![make(list.get_item(0)?)?]);
+    }
+    let made = |run| make(list.get_item(run)?).map_err(|error| of_run(list.py(), &error, run));
+    (range.start..range.end.min(list.len())).map(made).collect()
+}
+
+/// The same error, of this run.
+fn of_run(py: Python<'_>, error: &PyErr, run: usize) -> PyErr {
+    PyErr::from_type(error.get_type(py), format!("{} (run {run})", error.value(py)))
 }
 
 /// The one entry, or that at a place.

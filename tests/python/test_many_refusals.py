@@ -83,6 +83,10 @@ ONE: dict[str, tuple[Any, str]] = {
         r"plant: got one of 7 joints, wants 2, as the tracker has",
     ),
     "a start of three": ({"q0": np.zeros((4, 3))}, r"q0: got shape \(3,\), wants a scalar or \(2,"),
+    "a start that is no number": (
+        {"q0": [[0.1, 0.2], [0.3, math.nan]]},
+        r"q0\[1\]: got NaN, wants a finite number \(run 1\)$",
+    ),
     "starts of three": ({"q0": np.zeros((1, 1, 2))}, r"q0: got shape .*, wants \(n,\) or \(M, n\)"),
     "dt": ({"dt": -1e-3}, r"dt: got "),
     "effects without a period": (
@@ -105,7 +109,11 @@ def test_what_makes_no_sense_is_refused(options: dict[str, Any], message: str) -
 
 OF_TYPE: dict[str, tuple[Any, str]] = {
     "plant": ({"plant": [plant(TWO), nominal(TWO)]}, r"plant: got TwoLink for run 1, wants a Plan"),
-    "tracker": ({"tracker": [fuzzy(), 3]}, r"tracker: got int, wants a Controller"),
+    "tracker": (
+        {"tracker": [fuzzy(), 3]},
+        r"tracker: got int, wants a Controller, .* \(run 1\)$",
+    ),
+    "effects of a run": ({"effects": [None, {}]}, r"effects: got dict, .* \(run 1\)$"),
     "reference": ({"reference": "sines"}, r"reference: got str"),
     "effects": ({"effects": [{}]}, r"effects: got dict"),
     "changes": ({"changes": {"q0": 1}}, r"changes: got .*, wants a list with one a run"),
