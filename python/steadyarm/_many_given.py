@@ -198,6 +198,12 @@ def _in_controllers(runs: Given, control_period: float | None) -> list[Any]:
     own = [it for it in trackers if not isinstance(it, _core.Controller | _core.Guard)]
     if not own:
         return trackers
+    for run, tracker in enumerate(trackers):
+        known = isinstance(tracker, _core.Controller | _core.Guard)
+        if not known and not hasattr(tracker, "step"):
+            of = f" for run {run}" if len(trackers) > 1 else ""
+            wants = "a Controller, such as a ComputedTorque, or a Guard"
+            raise TypeError(f"tracker: got {type(tracker).__name__}{of}, wants {wants}")
     return [
         in_controller(runs.part("plant", run), runs.part("tracker", run), control_period)
         for run in range(max(len(trackers), len(plants)))

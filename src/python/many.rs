@@ -169,9 +169,9 @@ fn several<const N: usize>(
             })
         });
         for (run, ended) in (first..).zip(ended) {
-            if let Some(ended) = ended {
-                done.add(run, &ended?, options.end());
-            }
+            let Some(ended) = ended else { continue };
+            let told = |error: PyErr| if runs > 1 { of_run(py, &error, run) } else { error };
+            done.add(run, &ended.map_err(|error| told(error.into()))?, options.end());
         }
         // Once more after the last one, so that a bar gets to its end.
         let looked = raised.map_or_else(|| done.look(runs.min(first + READY)), Err);

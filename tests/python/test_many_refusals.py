@@ -111,7 +111,7 @@ OF_TYPE: dict[str, tuple[Any, str]] = {
     "plant": ({"plant": [plant(TWO), nominal(TWO)]}, r"plant: got TwoLink for run 1, wants a Plan"),
     "tracker": (
         {"tracker": [fuzzy(), 3]},
-        r"tracker: got int, wants a Controller, .* \(run 1\)$",
+        r"tracker: got int for run 1, wants a Controller, such as a ComputedTorque, or a Guard$",
     ),
     "effects of a run": ({"effects": [None, {}]}, r"effects: got dict, .* \(run 1\)$"),
     "reference": ({"reference": "sines"}, r"reference: got str"),
