@@ -276,7 +276,7 @@ where
                 if told.is_some() {
                     self.controller.lasted(state, *elapsed)?;
                 }
-                Some(self.decide(state, told.as_ref(), sample, period)?)
+                Some(self.decide(state, told.as_ref(), sample, period, None)?)
             }
             (Some(sample), Some((guard, memory))) => {
                 let turn = (*guard, &mut **memory);

@@ -62,7 +62,7 @@ where
             if k.is_multiple_of(self.hold) && k < record.steps || now.is_none() {
                 let before = now.as_ref().map(|(_, held)| &held.applied);
                 let decided = match &mut guard {
-                    None => self.decide(state, before, &sample, period),
+                    None => self.decide(state, before, &sample, period, None),
                     Some((guard, memory)) => {
                         Ok(self.decide_guarded((guard, memory), state, before, &sample, period))
                     }
@@ -112,7 +112,8 @@ where
         record.finish()
     }
 
-    /// Ends the period before with the torque that the actuators gave, and decides on the next.
+    /// Ends the period before with the torque that the actuators gave, and decides on the next; from
+    /// M₀ and H₀ of a law that has a model, where they are `known`.
     #[inline(always)]
     pub(super) fn decide<S>(
         &self,
@@ -120,33 +121,19 @@ where
         applied: Option<&Vector<N>>,
         sample: &Sample<N>,
         period: f64,
+        known: Option<&(Matrix<N>, Vector<N>)>,
     ) -> Result<Command<N>>
     where
         C: Compensator<N, S>,
     {
         if applied.is_some() {
             self.controller.end_period(state, applied)?;
+        }
+        if let Some(dynamics) = known {
+            return self.controller.step_from(dynamics, state, sample, period);
         }
         let Sample { q, dq, desired, .. } = sample;
         self.controller.step(state, q, dq, desired, period)
-    }
-
-    /// The same from M₀ and H₀ of a law that has a model.
-    pub(super) fn decide_from<S>(
-        &self,
-        dynamics: &(Matrix<N>, Vector<N>),
-        state: &mut State<N, S>,
-        applied: Option<&Vector<N>>,
-        sample: &Sample<N>,
-        period: f64,
-    ) -> Result<Command<N>>
-    where
-        C: Compensator<N, S>,
-    {
-        if applied.is_some() {
-            self.controller.end_period(state, applied)?;
-        }
-        self.controller.step_from(dynamics, state, sample, period)
     }
 
     /// The same through a guard.

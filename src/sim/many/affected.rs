@@ -81,16 +81,13 @@ where
             let command = match &taken.sample {
                 None => Ok(None),
                 Some(sample) => {
-                    let dynamics = self.models.as_ref().map(|models| models.of_lane(i));
+                    let known = self.models.as_ref().map(|models| models.of_lane(i));
                     let lasted = taken
                         .told
                         .map_or(Ok(()), |_| sampled.controller.lasted(state, taken.elapsed));
                     let told = taken.told.as_ref();
                     lasted
-                        .and_then(|()| match dynamics {
-                            Some(known) => sampled.decide_from(&known, state, told, sample, period),
-                            None => sampled.decide(state, told, sample, period),
-                        })
+                        .and_then(|()| sampled.decide(state, told, sample, period, known.as_ref()))
                         .map(Some)
                 }
             };

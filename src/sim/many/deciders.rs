@@ -164,13 +164,8 @@ where
                 continue;
             }
             let (before, seen) = (begun.then(|| lane(applied, i)), seen.lane(i));
-            let decided = match &self.models {
-                Some(models) => {
-                    sampled.decide_from(&models.of_lane(i), state, before.as_ref(), &seen, period)
-                }
-                None => sampled.decide(state, before.as_ref(), &seen, period),
-            };
-            match decided {
+            let known = self.models.as_ref().map(|models| models.of_lane(i));
+            match sampled.decide(state, before.as_ref(), &seen, period, known.as_ref()) {
                 Ok(command) => {
                     let acts = sampled.plant.applied(&command.tau);
                     for n in 0..N {
