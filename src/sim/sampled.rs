@@ -112,8 +112,8 @@ where
         record.finish()
     }
 
-    /// Ends the period before with the torque that the actuators gave, and decides on the next; from
-    /// M₀ and H₀ of a law that has a model, where they are `known`.
+    /// Ends the period before with the torque that the actuators gave, and decides on the next. M₀
+    /// and H₀ of a law that has a model may be `known`.
     #[inline(always)]
     pub(super) fn decide<S>(
         &self,
