@@ -7,7 +7,7 @@ use crate::reference::Setpoint;
 
 /// Positions beyond this are refused: sine and cosine of such angles have few right digits left,
 /// and take many times as long.
-const FARTHEST: f64 = 1e5;
+pub(crate) const FARTHEST: f64 = 1e5;
 
 /// Periods of a sampled controller \[s\].
 const SHORTEST_PERIOD: f64 = 1e-9;

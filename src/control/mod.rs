@@ -46,7 +46,7 @@ pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
 pub(crate) use bytes::{Numbers, put_all};
 pub use channel::{Channel, Width};
 #[cfg(feature = "std")]
-pub(crate) use checks::check_period;
+pub(crate) use checks::{FARTHEST, check_period};
 pub use compensator::{Audit, Compensator, NoCompensation, Stage};
 pub use computed_torque::{ComputedTorque, Feedback};
 pub use controller::{Command, Controller};

@@ -2,7 +2,7 @@
 //! torque with constant gains, and a grid of rules a joint that learns (eqs. 7, 11, 18). Where the
 //! numbers of a step are all `f32`, none of it is done in software.
 //!
-//! It is made of a [`Controller`] and says what that says, to about 1e-5 of the torque.
+//! It is made of a [`Controller`] and says what that says, as far as seven digits go.
 
 use super::checks::{NEAR, POSSIBLE};
 use super::computed_torque::computed;
@@ -19,7 +19,7 @@ use crate::reference::Setpoint;
 /// Positions and velocities beyond these are refused [rad, rad/s]; of the acceleration, too.
 const FARTHEST: f32 = 1e5;
 const FASTEST: f32 = 1e10;
-/// Weights beyond this are refused: squares of larger ones are no numbers.
+/// Weights beyond this are refused: sums of their products with a mass matrix are still numbers.
 const MOST_WEIGHT: f32 = 1e15;
 
 /// The controller. `RULES` is the room for the rules of a joint.
@@ -39,6 +39,7 @@ struct Grids<const N: usize> {
     inputs: Inputs,
     scales: [f32; 2],
     sets: [[Spaced<f32>; 2]; N],
+    even: bool,
     normalized: bool,
     p12: [f32; N],
     p22: [f32; N],
@@ -101,7 +102,8 @@ impl<const N: usize, const RULES: usize> Single<N, RULES> {
                 let [first, second] = [0, 1].map(|k| it.inputs.signals()[k].1 as f32);
                 let (inputs, scales, normalized) = (it.inputs, [first, second], it.normalized);
                 let [p12, p22, gain] = [it.p12, it.p22, it.gain].map(|of| of.map(|x| x as f32));
-                Some(Grids { inputs, scales, sets, normalized, p12, p22, gain })
+                let even = sets.iter().flatten().all(Spaced::is_even);
+                Some(Grids { inputs, scales, sets, even, normalized, p12, p22, gain })
             }
             None => {
                 let wanted = "none, or a basis per joint over two inputs with evenly stepped \
@@ -210,7 +212,7 @@ impl<const N: usize> Grids<N> {
                 let sets = &self.sets[n][k];
                 let x = sets.within(self.scales[k] * signal.of(seen)[n]);
                 let input = (x, sets.ratio(x).0);
-                let shape = (sets.len(), sets.is_even());
+                let shape = (sets.len(), self.even);
                 pending.memberships[n][k] = sets.memberships(input, shape, self.normalized);
             }
             let s = self.p12[n] * seen.e[n] + self.p22[n] * seen.de[n];

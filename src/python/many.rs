@@ -126,12 +126,11 @@ impl Lists<'_, '_> {
             let plant = object::<PyPlant>(&plant, "plant", "a Plant")?.get();
             as_the_tracker::<N>(plant.plants.joints())?;
         }
-        let all = 0..usize::MAX;
-        each_of(self.trackers, &all, |tracker| {
+        each_of(self.trackers, &(0..self.trackers.len()), |tracker| {
             same_joints("tracker", free(&tracker)?.trackers.joints(), N)
         })?;
         for (list, name) in [(self.q0, "q0"), (self.dq0, "dq0")] {
-            each_of(list, &all, |start| joints::<N>(&start, name).map(drop))?;
+            each_of(list, &(0..list.len()), |start| joints::<N>(&start, name).map(drop))?;
         }
         Ok(())
     }
@@ -240,7 +239,7 @@ fn each_of<'py, T>(
         return Ok(vec![make(list.get_item(0)?)?]);
     }
     let made = |run| make(list.get_item(run)?).map_err(|error| of_run(list.py(), &error, run));
-    (range.start..range.end.min(list.len())).map(made).collect()
+    range.clone().map(made).collect()
 }
 
 /// The same error, of this run.

@@ -10,7 +10,7 @@ use super::course::Course;
 use super::models::Models;
 use crate::arm::Arm;
 use crate::control::{
-    Compensator, Controller, EstimatorsAbreast, Front, Law, Sample, Stage, State,
+    Compensator, Controller, EstimatorsAbreast, FARTHEST, Front, Law, Sample, Stage, State,
 };
 use crate::math::{Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, lane, none_missing};
 use crate::plant::Disturbance;
@@ -77,8 +77,8 @@ impl<const N: usize> Together<N> {
     }
 
     /// The estimates of the compensators for a period that begins. The one before, if it has
-    /// `begun`, ends \[s\]. Where a signal is so small that a controller does not feel it, the run
-    /// is lost.
+    /// `begun`, ends \[s\]. Where a signal is so small that a controller does not feel it, or so
+    /// large that it may refuse it, the run is lost.
     pub fn estimate(
         &mut self,
         bodies: &mut Bodies<N>,
@@ -93,7 +93,7 @@ impl<const N: usize> Together<N> {
         self.compensators.estimate(*arch, &Stage::NOW, &now.seen, lost)
     }
 
-    /// Ends a period \[s\].
+    /// Ends a period \[s\]. It can: what drives the weights is small, or the run is lost.
     pub fn end(&mut self, bodies: &Bodies<N>, period: f64) {
         let Bodies { arch, now, .. } = bodies;
         self.compensators.acted(*arch, 0, &now.asked, &now.applied);
@@ -117,8 +117,10 @@ impl<const N: usize> WithSimd for Feel<'_, N> {
             for signal in [q, dq, &desired.q, &desired.dq, &desired.ddq] {
                 for x in signal.iter() {
                     let x = x.load(simd, part);
+                    let (zero, lost) = (x.like(0.0), x.like(f64::NAN));
                     let unfelt = (x - x.unless_tiny(TINY_SIGNAL)).abs();
-                    felt += x.like(0.0).if_less(unfelt, x.like(f64::NAN), x.like(0.0));
+                    felt +=
+                        zero.if_less(unfelt, lost, x.like(FARTHEST).if_less(x.abs(), lost, zero));
                 }
             }
             felt.store(lost, part);

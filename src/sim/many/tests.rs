@@ -38,6 +38,24 @@ fn together<const N: usize, A, D, L, C, S>(
     plants: &[Plant<N, A, D>; LANES],
     controller: &Controller<N, L, C>,
     state: &State<N, S>,
+    way: (Option<f64>, Effects<N>),
+) -> [bool; LANES]
+where
+    A: Arm<N>,
+    D: Disturbance<N>,
+    L: Law<N>,
+    C: Compensator<N, S>,
+    S: Clone,
+{
+    let reference = |t: f64| Setpoint::at_rest(Vector::<N>::repeat(0.1 * t));
+    together_along(&reference, plants, controller, state, way)
+}
+
+fn together_along<const N: usize, A, D, L, C, S>(
+    reference: &impl Reference<N>,
+    plants: &[Plant<N, A, D>; LANES],
+    controller: &Controller<N, L, C>,
+    state: &State<N, S>,
     (control_period, effects): (Option<f64>, Effects<N>),
 ) -> [bool; LANES]
 where
@@ -47,10 +65,6 @@ where
     C: Compensator<N, S>,
     S: Clone,
 {
-    let reference = &|t: f64| Setpoint {
-        q: Vector::<N>::repeat(0.1 * t),
-        ..Setpoint::at_rest(Vector::<N>::repeat(0.0))
-    };
     let cases = plants.each_ref().map(|plant| {
         let (q0, dq0) = ([0.1; N], [0.05; N]);
         Case { plant, controller, state, reference, q0, dq0, effects }
@@ -171,6 +185,27 @@ fn a_run_that_is_not_ordinary_goes_alone() {
     let controller = &Controller::new(ComputedTorque::new(arm, gains), NoCompensation);
     let went = together(&plants, controller, &State::new(()), (None, Effects::default()));
     assert_eq!(went, core::array::from_fn(|i| i != 3));
+}
+
+/// What a sampled controller refuses, or does not feel, is not ordinary; in continuous time it is.
+#[test]
+fn a_set_point_that_a_sampled_controller_refuses_goes_alone() {
+    let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, Friction::default())));
+    let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+    let law = ComputedTorque::new(two_link(4.0, Friction::default()), gains);
+    let limits = Limits { effort_limit: [30.0; 2], ..Limits::default() };
+    let controller = &Controller::new(law, NoCompensation).with_limits(limits).unwrap();
+    let still = Setpoint::at_rest(Vector::<2>::new(0.2, -0.1));
+    let far = Setpoint { q: Vector::<2>::new(0.2, 2e5), ..still };
+    let fast = Setpoint { ddq: Vector::<2>::new(2e10, 0.0), ..still };
+    let tiny = Setpoint { dq: Vector::<2>::new(0.0, 1e-31), ..still };
+    for (setpoint, sampled) in [(still, true), (far, false), (fast, false), (tiny, false)] {
+        for (period, goes) in [(None, true), (Some(1e-3), sampled)] {
+            let (way, state) = ((period, Effects::default()), &State::new(()));
+            let went = together_along(&|_| setpoint, &plants, controller, state, way);
+            assert_eq!(went, [goes; LANES], "{setpoint:?} {period:?}");
+        }
+    }
 }
 
 /// Friction that sticks, long chains, samples between rows, motors that cog.
