@@ -155,7 +155,7 @@ fn several<const N: usize>(
     let record = Record::Metrics(window);
     let options = Options { record_every, record, ..numerics.options(rest) };
     lists.check::<N>()?;
-    let runs = done.ended.len();
+    let (runs, end) = (done.ended.len(), options.end());
     for first in (0..runs).step_by(READY) {
         let range = first..runs.min(first + READY);
         let ready = Ready::<N>::of(lists, &range)?;
@@ -170,7 +170,7 @@ fn several<const N: usize>(
         for (run, ended) in (first..).zip(ended) {
             let Some(ended) = ended else { continue };
             let told = |error: PyErr| if runs > 1 { of_run(py, &error, run) } else { error };
-            done.add(run, &ended.map_err(|error| told(error.into()))?, options.end());
+            done.add(run, &ended.map_err(|error| told(error.into()))?, end);
         }
         // Once more after the last one, so that a bar gets to its end.
         let looked = raised.map_or_else(|| done.look(runs.min(first + READY)), Err);

@@ -100,10 +100,10 @@ impl<const N: usize> Options<N> {
         self.steps().map(drop)
     }
 
-    /// Time of the last row \[s\], of options that make sense: a whole number of `dt`, to the bit.
+    /// Time of the last row \[s\], to the bit; NaN for options that make no sense.
     #[cfg(feature = "python")]
     pub(crate) fn end(&self) -> f64 {
-        libm::round(self.duration / self.dt) * self.dt
+        self.steps().map_or(f64::NAN, |(steps, _)| steps as f64 * self.dt)
     }
 
     /// Number of steps of `dt`, and of `dt` in a control period.
