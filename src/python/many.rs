@@ -169,8 +169,12 @@ fn several<const N: usize>(
         });
         for (run, ended) in (first..).zip(ended) {
             let Some(ended) = ended else { continue };
-            let told = |error: PyErr| if runs > 1 { of_run(py, &error, run) } else { error };
-            done.add(run, &ended.map_err(|error| told(error.into()))?, end);
+            let ended = ended.map_err(|error| {
+                let of_one = runs > 1 && ["q0", "dq0"].contains(&error.parameter());
+                let error = error.into();
+                if of_one { of_run(py, &error, run) } else { error }
+            })?;
+            done.add(run, &ended, end);
         }
         // Once more after the last one, so that a bar gets to its end.
         let looked = raised.map_or_else(|| done.look(runs.min(first + READY)), Err);
