@@ -2,7 +2,7 @@
 
 use core::array::from_fn;
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::planar::{Planar, back, two};
 use super::serial::{Chain, Frames, Links, Part};
@@ -49,14 +49,11 @@ impl<const N: usize> ArmsAbreast<N> {
         }
     }
 
-    /// f(q̇) of a part of them; `None` without friction.
-    #[inline(always)]
-    pub fn friction_at<S: Simd>(
-        &self,
-        at: (S, usize),
-        dq: &Vector<N, Register<S>>,
-    ) -> Option<Vector<N, Register<S>>> {
-        if let Some(friction) = &self.friction { Some(friction.torque(at, dq)) } else { None }
+    /// Writes f(q̇), if they have friction.
+    pub fn resist(&self, arch: Arch, dq: &Vector<N, Abreast>, torque: &mut Vector<N, Abreast>) {
+        if let Some(friction) = &self.friction {
+            arch.dispatch(Resist { friction, dq, torque });
+        }
     }
 }
 
@@ -108,19 +105,26 @@ impl<const N: usize> Frictions<N> {
             falls: from_fn(|n| of(n, JointFriction::falls)),
         })
     }
+}
 
-    /// f(q̇) of a part.
+struct Resist<'a, const N: usize> {
+    friction: &'a Frictions<N>,
+    dq: &'a Vector<N, Abreast>,
+    torque: &'a mut Vector<N, Abreast>,
+}
+
+impl<const N: usize> WithSimd for Resist<'_, N> {
+    type Output = ();
+
     #[inline(always)]
-    pub fn torque<S: Simd>(
-        &self,
-        (simd, part): (S, usize),
-        dq: &Vector<N, Register<S>>,
-    ) -> Vector<N, Register<S>> {
-        let mut torque = *dq;
-        for n in 0..N {
-            torque[n] = self.joints[n].load(simd, part).torque(dq[n]);
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { friction, dq, torque } = self;
+        for part in 0..Register::<S>::PARTS {
+            for n in 0..N {
+                let joint = friction.joints[n].load(simd, part);
+                joint.torque(dq[n].load(simd, part)).store(&mut torque[n], part);
+            }
         }
-        torque
     }
 }
 
@@ -160,13 +164,13 @@ pub(crate) trait Alike<const N: usize> {
         moves: &Self::Moves<S>,
     ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>);
 
-    /// q̈ = M⁻¹(τ − H), H = C q̇ + G + f.
-    fn forward_dynamics<S: Simd>(
+    /// M⁻¹ `net`.
+    fn solve<S: Simd>(
         &self,
         at: (S, usize),
         moves: &Self::Moves<S>,
-        tau: &Vector<N, Register<S>>,
-        friction: Option<&Vector<N, Register<S>>>,
+        mass: &Matrix<N, Register<S>>,
+        net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
 }
 
@@ -194,21 +198,15 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     }
 
     #[inline(always)]
-    fn forward_dynamics<S: Simd>(
+    fn solve<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        Planes { first, second, dq }: &Self::Moves<S>,
-        tau: &Vector<N, Register<S>>,
-        friction: Option<&Vector<N, Register<S>>>,
+        moves: &Self::Moves<S>,
+        _: &Matrix<N, Register<S>>,
+        net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
-        let (arms, tau) = (self.load(simd, part), two(tau));
-        let mut bias = arms.rigid_at(*first, *second, dq);
-        if let Some(friction) = friction {
-            let friction = two(friction);
-            bias[0] += friction[0];
-            bias[1] += friction[1];
-        }
-        back(&arms.solve(*second, [tau[0] - bias[0], tau[1] - bias[1]]))
+        let net = two(net);
+        back(&self.load(simd, part).solve(moves.second, [net[0], net[1]]))
     }
 }
 
@@ -236,22 +234,14 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     }
 
     #[inline(always)]
-    fn forward_dynamics<S: Simd>(
+    fn solve<S: Simd>(
         &self,
-        at: (S, usize),
-        moves: &Self::Moves<S>,
-        tau: &Vector<N, Register<S>>,
-        friction: Option<&Vector<N, Register<S>>>,
+        _: (S, usize),
+        _: &Self::Moves<S>,
+        mass: &Matrix<N, Register<S>>,
+        net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
-        let part = Part { chains: self, at };
-        let (mut bias, mut net) = (part.bias(moves), *tau);
-        for n in 0..N {
-            if let Some(friction) = friction {
-                bias[n] += friction[n];
-            }
-            net[n] -= bias[n];
-        }
-        Factor::of(&part.mass_matrix(moves)).solve(&net)
+        Factor::of(mass).solve(net)
     }
 }
 

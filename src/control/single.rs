@@ -13,7 +13,7 @@ use super::{Compensator, Controller, Front, Inputs, Law, Sample, State};
 use crate::arm::SingleArm;
 use crate::error::{Error, Result, at_most};
 use crate::fuzzy::{MOST_SPACED, Spaced};
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 use crate::reference::Setpoint;
 
 /// Positions and velocities beyond these are refused [rad, rad/s]; of the acceleration, too.
@@ -39,7 +39,6 @@ struct Grids<const N: usize> {
     inputs: Inputs,
     scales: [f32; 2],
     sets: [[Spaced<f32>; 2]; N],
-    even: bool,
     normalized: bool,
     p12: [f32; N],
     p22: [f32; N],
@@ -102,8 +101,7 @@ impl<const N: usize, const RULES: usize> Single<N, RULES> {
                 let [first, second] = [0, 1].map(|k| it.inputs.signals()[k].1 as f32);
                 let (inputs, scales, normalized) = (it.inputs, [first, second], it.normalized);
                 let [p12, p22, gain] = [it.p12, it.p22, it.gain].map(|of| of.map(|x| x as f32));
-                let even = sets.iter().flatten().all(Spaced::is_even);
-                Some(Grids { inputs, scales, sets, even, normalized, p12, p22, gain })
+                Some(Grids { inputs, scales, sets, normalized, p12, p22, gain })
             }
             None => {
                 let wanted = "none, or a basis per joint over two inputs with evenly stepped \
@@ -211,9 +209,9 @@ impl<const N: usize> Grids<N> {
             for (k, (signal, _)) in self.inputs.signals().iter().enumerate() {
                 let sets = &self.sets[n][k];
                 let x = sets.within(self.scales[k] * signal.of(seen)[n]);
-                let input = (x, sets.ratio(x).0);
-                let shape = (sets.len(), self.even);
-                pending.memberships[n][k] = sets.memberships(input, shape, self.normalized);
+                let input = (x, sets.exponent(x).0.series_exp());
+                pending.memberships[n][k] =
+                    sets.memberships(input, sets.steps(), self.normalized);
             }
             let s = self.p12[n] * seen.e[n] + self.p22[n] * seen.de[n];
             pending.drive[n] = self.gain[n] * s;

@@ -222,18 +222,19 @@ impl<X: Copy> Spaced<X> {
         self.pattern.sets.into()
     }
 
-    /// Whether each centre is one step from the one before.
-    pub fn is_even(&self) -> bool {
-        self.pattern.steps[..self.len()].iter().enumerate().all(|(k, step)| k == usize::from(*step))
+    /// The lattice steps k of the sets.
+    #[inline(always)]
+    pub fn steps(&self) -> &[u8] {
+        &self.pattern.steps[..self.len()]
     }
 
-    /// t at x, and NaN where x is beyond the reach of the lattice, or 0.
+    /// ln t at x, and NaN where x is beyond the reach of the lattice, or 0.
     #[inline(always)]
-    pub fn ratio<T: Real<Number = X>>(&self, x: T) -> (T, T) {
+    pub fn exponent<T: Real<Number = X>>(&self, x: T) -> (T, T) {
         let [center, slope, _, reach] = self.head;
         let offset = x - x.all(center);
         let beyond = x.all(reach).if_less(offset.abs(), x.like(f64::NAN), x.like(0.0));
-        ((x.all(slope) * offset).series_exp(), beyond)
+        (x.all(slope) * offset, beyond)
     }
 
     /// The place next to x within the reach of the lattice.
@@ -243,31 +244,25 @@ impl<X: Copy> Spaced<X> {
         x.if_less(low, low, high.if_less(x, high, x))
     }
 
-    /// The memberships in so many `sets`, `L` at the most, even or not, as [`Lattice::part`] makes
-    /// them of one run.
+    /// The memberships in sets of these `steps`, `L` at the most, as [`Lattice::part`] makes them of
+    /// one run.
     #[inline(always)]
     pub fn memberships<const L: usize, T: Real<Number = X>>(
         &self,
         (x, t): (T, T),
-        (sets, even): (usize, bool),
+        steps: &[u8],
         normalized: bool,
     ) -> [T; L] {
-        let (t2, mut power, mut k, mut sum) = (t * t, x.like(1.0), 0, x.like(0.0));
-        let mut out = [sum; L];
-        for set in 0..sets.min(L) {
-            if even {
-                if set > 0 {
-                    power = power * t;
-                }
-            } else {
-                let step = self.pattern.steps[set];
-                while k + 2 <= step {
+        let (t2, mut power, mut sum) = (t * t, x.like(1.0), x.like(0.0));
+        let (sets, mut out) = (steps.len().min(L), [sum; L]);
+        for set in 0..sets {
+            if set > 0 {
+                let gap = steps[set] - steps[set - 1];
+                for _ in 0..gap / 2 {
                     power = power * t2;
-                    k += 2;
                 }
-                if k < step {
+                if gap % 2 == 1 {
                     power = power * t;
-                    k += 1;
                 }
             }
             out[set] = x.all(self.decays[set]) * power;
@@ -280,7 +275,7 @@ impl<X: Copy> Spaced<X> {
             let offset = x - x.all(center);
             (-(offset * offset * x.all(half_precision))).series_exp()
         };
-        for set in 0..sets.min(L) {
+        for set in 0..sets {
             out[set] = (out[set] * scale).unless_tiny(TINY_MEMBERSHIP);
         }
         out

@@ -31,25 +31,48 @@ const FACTORS: [f64; 14] = [
 
 /// eˣ in every lane, to two units in the last place; x is clamped to ±690. The `libm` crate has no
 /// exponential of several numbers at once.
+#[inline(always)]
+pub(crate) fn exponential<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+    let [y] = exponentials(simd, [x]);
+    y
+}
+
+/// The same of several registers, step by step of all: a processor looks only so far ahead for what
+/// it can do at a time.
 ///
 /// x = n ln 2 + r with |r| ≤ ½ ln 2, the series of eʳ to r¹³, and n goes into the exponent.
 #[inline(always)]
-pub(crate) fn exponential<S: Simd>(simd: S, x: S::f64s) -> S::f64s {
+pub(crate) fn exponentials<S: Simd, const M: usize>(simd: S, x: [S::f64s; M]) -> [S::f64s; M] {
     let splat = |x| simd.splat_f64s(x);
-    let x = simd.min_f64s(simd.max_f64s(x, splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
-    let shifted = fused(simd, splat(ROUNDER), x, splat(core::f64::consts::LOG2_E));
-    let n = simd.sub_f64s(shifted, splat(ROUNDER));
-    let mut r = x;
-    for ln in LN_2 {
-        r = simd.sub_f64s(r, simd.mul_f64s(n, splat(ln)));
+    let (mut r, mut shifted, mut r2, mut r4, mut lower, mut upper) = (x, x, x, x, x, x);
+    for m in 0..M {
+        r[m] = simd.min_f64s(simd.max_f64s(x[m], splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
+        shifted[m] = fused(simd, splat(ROUNDER), r[m], splat(core::f64::consts::LOG2_E));
     }
-    let r2 = simd.mul_f64s(r, r);
-    let r4 = simd.mul_f64s(r2, r2);
-    let upper = fused(simd, quad(simd, 8, r, r2), pair(simd, 12, r), r4);
-    let lower = fused(simd, quad(simd, 0, r, r2), quad(simd, 4, r, r2), r4);
-    let series = fused(simd, lower, upper, simd.mul_f64s(r4, r4));
-    let exponent = simd.mul_u64s(simd.transmute_u64s_f64s(shifted), simd.splat_u64s(1 << 52));
-    simd.transmute_f64s_u64s(simd.add_u64s(simd.transmute_u64s_f64s(series), exponent))
+    for ln in LN_2 {
+        for m in 0..M {
+            let n = simd.sub_f64s(shifted[m], splat(ROUNDER));
+            r[m] = simd.sub_f64s(r[m], simd.mul_f64s(n, splat(ln)));
+        }
+    }
+    for m in 0..M {
+        r2[m] = simd.mul_f64s(r[m], r[m]);
+        r4[m] = simd.mul_f64s(r2[m], r2[m]);
+    }
+    for m in 0..M {
+        upper[m] = fused(simd, quad(simd, 8, r[m], r2[m]), pair(simd, 12, r[m]), r4[m]);
+    }
+    for m in 0..M {
+        lower[m] = fused(simd, quad(simd, 0, r[m], r2[m]), quad(simd, 4, r[m], r2[m]), r4[m]);
+    }
+    for m in 0..M {
+        let series = fused(simd, lower[m], upper[m], simd.mul_f64s(r4[m], r4[m]));
+        let exponent =
+            simd.mul_u64s(simd.transmute_u64s_f64s(shifted[m]), simd.splat_u64s(1 << 52));
+        let scaled = simd.add_u64s(simd.transmute_u64s_f64s(series), exponent);
+        r[m] = simd.transmute_f64s_u64s(scaled);
+    }
+    r
 }
 
 /// a + b c, rounded twice.

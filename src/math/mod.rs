@@ -17,7 +17,7 @@ mod single;
 
 #[cfg(feature = "std")]
 pub(crate) use abreast::{Abreast, lane, none_missing, side_by_side};
-pub(crate) use exponential::exponential;
+pub(crate) use exponential::{exponential, exponentials};
 pub use real::Real;
 pub(crate) use real::product;
 #[cfg(feature = "std")]

@@ -49,6 +49,15 @@ pub trait Real:
     /// eˣ by a series, for −690 ≤ x ≤ 690, and as at the nearer end beyond.
     fn series_exp(self) -> Self;
 
+    /// The same of several.
+    #[inline(always)]
+    fn series_exps<const M: usize>(mut x: [Self; M]) -> [Self; M] {
+        for m in 0..M {
+            x[m] = x[m].series_exp();
+        }
+        x
+    }
+
     /// eˣ.
     fn exp(self) -> Self;
 

@@ -12,7 +12,7 @@ use pulp::Simd;
 use super::exp_tanh::{near_exp, near_tanh, rare_exp};
 use super::real::ROUNDER;
 use super::sines::{near, rare};
-use super::{Abreast, LANES, Real, Vector, around, exp, exponential, sin_cos};
+use super::{Abreast, LANES, Real, Vector, around, exp, exponential, exponentials, sin_cos};
 
 /// As many numbers as a register of the instruction set `S` holds; in memory, in one cache line.
 #[derive(Clone, Copy)]
@@ -172,6 +172,20 @@ impl<S: Simd> Real for Register<S> {
     #[inline(always)]
     fn series_exp(self) -> Self {
         Self { numbers: exponential(self.simd, self.numbers), ..self }
+    }
+
+    #[inline(always)]
+    fn series_exps<const M: usize>(mut x: [Self; M]) -> [Self; M] {
+        let Some(first) = x.first() else { return x };
+        let (simd, mut numbers) = (first.simd, [first.numbers; M]);
+        for m in 0..M {
+            numbers[m] = x[m].numbers;
+        }
+        numbers = exponentials(simd, numbers);
+        for m in 0..M {
+            x[m].numbers = numbers[m];
+        }
+        x
     }
 
     #[inline(always)]

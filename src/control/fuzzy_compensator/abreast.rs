@@ -44,11 +44,11 @@ pub(in crate::control) struct PerJoint<const N: usize> {
     advances: u64,
 }
 
-/// How many sets the inputs of every joint have, and whether all are evenly spaced.
+/// How many sets the inputs of every joint have, and whether all are on the same steps.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     sets: [usize; INPUTS],
-    even: bool,
+    one_pattern: bool,
 }
 
 /// What is kept of a stage: the memberships of each input of each joint, and what drives the
@@ -73,13 +73,13 @@ impl<const N: usize> PerJoint<N> {
         };
         let lengths = sets[0].each_ref().map(Spaced::len);
         let alike = alike && sets.iter().all(|own| own.each_ref().map(Spaced::len) == lengths);
-        let even = sets.iter().flatten().all(Spaced::is_even);
+        let one_pattern = sets.iter().flatten().all(|own| own.steps() == sets[0][0].steps());
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         let memberships = [[[Abreast::all(0.0); MOST_SPACED]; INPUTS]; N];
         alike.then(|| Self {
             inputs,
             sets,
-            shape: Shape { sets: lengths, even },
+            shape: Shape { sets: lengths, one_pattern },
             normalized,
             p12: of(|it| it.p12),
             p22: of(|it| it.p22),
@@ -127,6 +127,7 @@ impl<const N: usize> PerJoint<N> {
 }
 
 /// The factors of the drives of earlier stages in a sum, h aⱼ.
+#[inline(always)]
 fn factors(stage: &Stage<'_>) -> [f64; MAX_STAGES] {
     from_fn(|j| stage.coefficients.get(j).map_or(0.0, |a| stage.step * a))
 }
@@ -143,43 +144,67 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        match self.it.shape {
-            Shape { sets: [3, 3], even: true } => self.of::<3, S>(simd, [3, 3], true),
-            Shape { sets: [5, 5], even: true } => self.of::<5, S>(simd, [5, 5], true),
-            Shape { sets: [5, 5], even: false } => self.of::<5, S>(simd, [5, 5], false),
-            Shape { sets: [7, 7], even: true } => self.of::<7, S>(simd, [7, 7], true),
-            Shape { sets, even } => self.of::<MOST_SPACED, S>(simd, sets, even),
+        let Shape { sets, one_pattern } = self.it.shape;
+        match self.it.sets[0][0].steps() {
+            [0, 1, 2] if one_pattern => self.of(simd, [3; 2], Some([0, 1, 2])),
+            [0, 1, 2, 3, 4] if one_pattern => self.of(simd, [5; 2], Some([0, 1, 2, 3, 4])),
+            // The paper's.
+            [0, 2, 3, 4, 6] if one_pattern => self.of(simd, [5; 2], Some([0, 2, 3, 4, 6])),
+            [0, 1, 2, 3, 4, 5, 6] if one_pattern => {
+                self.of(simd, [7; 2], Some([0, 1, 2, 3, 4, 5, 6]))
+            }
+            _ => self.of::<MOST_SPACED, S>(simd, sets, None),
         }
     }
 }
 
 impl<const N: usize> Estimate<'_, N> {
-    /// The work on inputs of so many sets, `L` at the most: numbers stay in registers where that is
-    /// few.
+    /// The work on inputs of so many sets, `L` at the most, where all are known to be on the same
+    /// `steps` or not: numbers stay in registers where `L` is few.
     #[inline(always)]
-    fn of<const L: usize, S: Simd>(self, simd: S, lengths: [usize; INPUTS], even: bool) {
+    fn of<const L: usize, S: Simd>(
+        self,
+        simd: S,
+        lengths: [usize; INPUTS],
+        steps: Option<[u8; L]>,
+    ) {
         let Self { it, stage, seen, lost } = self;
         let (i, factors) = (stage.index, factors(stage));
         let (before, rest) = it.stages.split_at_mut(i);
         let here = &mut rest[0];
         for part in 0..Register::<S>::PARTS {
             let mut missed = lost.load(simd, part);
-            let mut inputs = [[(missed, missed); INPUTS]; N];
+            let mut inputs = [[missed; INPUTS]; N];
+            let mut ratios = inputs;
             for n in 0..N {
                 for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
                     let x = signal.of(seen)[n].load(simd, part);
-                    let x = x.like(*scale) * x;
-                    let (t, beyond) = it.sets[n][k].ratio(x);
+                    inputs[n][k] = x.like(*scale) * x;
+                    let (exponent, beyond) = it.sets[n][k].exponent(inputs[n][k]);
                     missed += beyond;
-                    inputs[n][k] = (x, t);
+                    ratios[n][k] = exponent;
                 }
+            }
+            let (fours, rest) = ratios.as_flattened_mut().as_chunks_mut::<4>();
+            for four in fours {
+                *four = Real::series_exps(*four);
+            }
+            for one in rest {
+                *one = one.series_exp();
             }
             for n in 0..N {
                 let ([first, second], [rows, columns]) = (&it.sets[n], lengths);
-                let rules = [
-                    first.memberships::<L, _>(inputs[n][0], (rows, even), it.normalized),
-                    second.memberships::<L, _>(inputs[n][1], (columns, even), it.normalized),
-                ];
+                let x = [(inputs[n][0], ratios[n][0]), (inputs[n][1], ratios[n][1])];
+                let rules = match &steps {
+                    Some(steps) => [
+                        first.memberships::<L, _>(x[0], steps, it.normalized),
+                        second.memberships::<L, _>(x[1], steps, it.normalized),
+                    ],
+                    None => [
+                        first.memberships::<L, _>(x[0], first.steps(), it.normalized),
+                        second.memberships::<L, _>(x[1], second.steps(), it.normalized),
+                    ],
+                };
                 keep((simd, part), &rules[0], &mut here.memberships[n][0], rows);
                 keep((simd, part), &rules[1], &mut here.memberships[n][1], columns);
                 let (e, de) = (seen.e[n].load(simd, part), seen.de[n].load(simd, part));

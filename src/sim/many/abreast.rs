@@ -8,6 +8,7 @@ use super::bodies::{Bodies, Drivers};
 use super::case::Case;
 use super::course::Course;
 use super::estimators::Estimators;
+use super::forces::Push;
 use super::surroundings::Surroundings;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law, Stage};
@@ -81,7 +82,8 @@ where
         around.push(time, &bodies.now.seen);
         let Bodies { arch, now, lost, .. } = &mut **bodies;
         let rho_hat = compensators.estimate(*arch, stage, &now.seen, lost);
-        bodies.act(drivers, (stage.index, h), rho_hat, &around.tau_d, false);
+        let push = Push { i: stage.index, h, tau_d: &around.tau_d, held: false };
+        bodies.act(drivers, rho_hat, push);
         let Bodies { arch, now, .. } = &**bodies;
         compensators.acted(*arch, stage.index, &now.seen, &now.asked, &now.applied);
     }

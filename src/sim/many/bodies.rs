@@ -46,6 +46,9 @@ pub(super) struct Now<const N: usize> {
     pub applied: Vector<N, Abreast>,
     pub v: Vector<N, Abreast>,
     pub rho_hat: Vector<N, Abreast>,
+    /// What friction there is, and what the laws believe of it, where they differ.
+    pub resisted: Vector<N, Abreast>,
+    pub believed: Vector<N, Abreast>,
 }
 
 /// The laws that drive them.
@@ -117,6 +120,8 @@ impl<const N: usize> Bodies<N> {
                 applied: zeros,
                 v: zeros,
                 rho_hat: zeros,
+                resisted: zeros,
+                believed: zeros,
             },
             figures: Figures::over(window, zero),
             smooth: Smooth::new(zero),

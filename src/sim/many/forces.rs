@@ -1,207 +1,179 @@
 //! What moves the arms of eight runs at a stage: the torque of laws that are asked, or one that is
 //! held, against disturbances and friction.
+//!
+//! Arms of two links and chains have a kernel each, and friction has its own: what stands in a loop
+//! that is not unrolled stays in memory, in all of a kernel.
 
 use pulp::{Simd, WithSimd};
 
 use super::bodies::{Bodies, Drivers, Now};
 use crate::arm::{Alike, Factor, Frictions, Kind};
-use crate::math::{Abreast, Load, Matrix, Real, Register, Vector, store};
+use crate::control::Sample;
+use crate::math::{Abreast, Load, Matrix, Register, Vector, store};
 use crate::sim::held::in_one_part;
 use crate::sim::stiff::none_beyond_rk4;
 
+/// What pushes plants at stage i of a step of `h` \[s\], under a torque that is `held` in it or not.
+#[derive(Clone, Copy)]
+pub(super) struct Push<'a, const N: usize> {
+    pub i: usize,
+    pub h: f64,
+    pub tau_d: &'a Vector<N, Abreast>,
+    pub held: bool,
+}
+
 impl<const N: usize> Bodies<N> {
-    /// Moves stage i of a step of `h` \[s\] by the laws of `drivers`, with estimates `rho_hat` and
-    /// under disturbances `tau_d`. Their torque is to be `held`, or each stage has its own.
+    /// Moves a stage by the laws of `drivers`, with estimates `rho_hat`.
     #[inline(never)]
     pub fn act(
         &mut self,
         drivers: &Drivers<N>,
-        (i, h): (usize, f64),
         rho_hat: &Vector<N, Abreast>,
-        tau_d: &Vector<N, Abreast>,
-        held: bool,
+        push: Push<'_, N>,
     ) {
-        self.arch.dispatch(Act { bodies: self, drivers, i, h, rho_hat, tau_d, held });
-    }
-
-    /// Moves stage i of a step of `h` \[s\] by what is applied, under disturbances `tau_d`.
-    #[inline(never)]
-    pub fn fly(&mut self, (i, h): (usize, f64), tau_d: &Vector<N, Abreast>) {
-        self.arch.dispatch(Fly { bodies: self, i, h, tau_d });
-    }
-}
-
-struct Act<'a, const N: usize> {
-    bodies: &'a mut Bodies<N>,
-    drivers: &'a Drivers<N>,
-    i: usize,
-    h: f64,
-    rho_hat: &'a Vector<N, Abreast>,
-    tau_d: &'a Vector<N, Abreast>,
-    held: bool,
-}
-
-impl<const N: usize> WithSimd for Act<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies, drivers, i, h, rho_hat, tau_d, held } = self;
-        let Bodies { plants, now, lost, .. } = bodies;
-        for part in 0..Register::<S>::PARTS {
-            let (at, friction) = ((simd, part), plants.friction.as_deref());
-            let rho_hat = rho_hat.load(simd, part);
-            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held };
-            let ordinary = match (&plants.kind, &drivers.laws.arms().kind) {
-                (Kind::TwoLinks(own), Kind::TwoLinks(models)) if const { N == 2 } => {
-                    drivers.act(at, now, (&**own, &**models), &rho_hat, &pushed)
-                }
-                (Kind::Chains(own), Kind::Chains(models)) => {
-                    drivers.act(at, now, (&**own, &**models), &rho_hat, &pushed)
-                }
-                // Arms of two kinds do not go side by side.
-                _ => continue,
-            };
-            (lost.load(simd, part) + ordinary).store(lost, part);
+        let Self { arch, plants, now, lost, .. } = self;
+        let arms = drivers.laws.arms();
+        plants.resist(*arch, &now.seen.dq, &mut now.resisted);
+        if !drivers.one_friction {
+            arms.resist(*arch, &now.seen.dq, &mut now.believed);
         }
-    }
-}
-
-struct Fly<'a, const N: usize> {
-    bodies: &'a mut Bodies<N>,
-    i: usize,
-    h: f64,
-    tau_d: &'a Vector<N, Abreast>,
-}
-
-impl<const N: usize> WithSimd for Fly<'_, N> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies: Bodies { plants, now, lost, .. }, i, h, tau_d } = self;
-        for part in 0..Register::<S>::PARTS {
-            let (at, friction) = ((simd, part), plants.friction.as_deref());
-            let pushed = Pushed { tau_d: tau_d.load(simd, part), friction, i, h, held: true };
-            let ordinary = match &plants.kind {
-                Kind::TwoLinks(plants) if const { N == 2 } => now.fly(at, &**plants, &pushed),
-                Kind::Chains(plants) => now.fly(at, &**plants, &pushed),
-                // Arms of two links have two joints.
-                Kind::TwoLinks(_) => continue,
-            };
-            (lost.load(simd, part) + ordinary).store(lost, part);
-        }
-    }
-}
-
-/// What opposes the motion of the plants in registers, at stage i of a step of `h` \[s\] under a
-/// torque that is held or not.
-struct Pushed<'a, const N: usize, S: Simd> {
-    tau_d: Vector<N, Register<S>>,
-    friction: Option<&'a Frictions<N>>,
-    i: usize,
-    h: f64,
-    held: bool,
-}
-
-impl<const N: usize, S: Simd> Pushed<'_, N, S> {
-    /// f(q̇) of the plants; `None` without friction.
-    #[inline(always)]
-    fn friction_at(
-        &self,
-        at: (S, usize),
-        dq: &Vector<N, Register<S>>,
-    ) -> Option<Vector<N, Register<S>>> {
-        if let Some(friction) = self.friction { Some(friction.torque(at, dq)) } else { None }
-    }
-}
-
-impl<const N: usize> Drivers<N> {
-    /// Moves a stage; NaN where a step of RK4 alone cannot follow it, and 0 elsewhere.
-    #[inline(always)]
-    fn act<S: Simd, K: Alike<N>>(
-        &self,
-        (simd, part): (S, usize),
-        now: &mut Now<N>,
-        (plants, models): (&K, &K),
-        rho_hat: &Vector<N, Register<S>>,
-        pushed: &Pushed<'_, N, S>,
-    ) -> Register<S> {
-        let Self { laws, alike, one_friction, limits } = self;
-        let (at, seen) = ((simd, part), now.seen.load(simd, part));
-        let moves = plants.moves(at, &seen.q, &seen.dq);
-        let friction = pushed.friction_at(at, &seen.dq);
-        let mut dynamics = if *alike {
-            models.mass_matrix_and_bias(at, &moves)
-        } else {
-            models.mass_matrix_and_bias(at, &models.moves(at, &seen.q, &seen.dq))
-        };
-        let believed = if *one_friction { friction } else { laws.arms().friction_at(at, &seen.dq) };
-        if let Some(believed) = believed {
-            for n in 0..N {
-                dynamics.1[n] += believed[n];
+        let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
+        match (&plants.kind, &arms.kind) {
+            (Kind::TwoLinks(plants), Kind::TwoLinks(models)) if const { N == 2 } => {
+                arch.dispatch(Act { drivers, arms: (&**plants, &**models), rho_hat, moved });
             }
+            (Kind::Chains(plants), Kind::Chains(models)) => {
+                arch.dispatch(Act { drivers, arms: (&**plants, &**models), rho_hat, moved });
+            }
+            // Arms of two kinds do not go side by side.
+            _ => {}
         }
-        let demand = laws.torque(at, &dynamics, &seen, rho_hat);
-        let mut asked = demand.model;
-        for n in 0..N {
-            asked[n] += demand.compensation[n];
+    }
+
+    /// Moves a stage by what is applied.
+    #[inline(never)]
+    pub fn fly(&mut self, push: Push<'_, N>) {
+        let Self { arch, plants, now, lost, .. } = self;
+        plants.resist(*arch, &now.seen.dq, &mut now.resisted);
+        let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
+        match &plants.kind {
+            Kind::TwoLinks(plants) if const { N == 2 } => {
+                arch.dispatch(Fly { plants: &**plants, moved });
+            }
+            Kind::Chains(plants) => arch.dispatch(Fly { plants: &**plants, moved }),
+            // Arms of two links have two joints.
+            Kind::TwoLinks(_) => {}
         }
-        let [controllers, actuators] = limits;
-        let tau = controllers.load(simd, part).clamp(&asked);
-        let applied = actuators.load(simd, part).clamp(&tau);
-        store(&asked, &mut now.asked, part);
-        store(&applied, &mut now.applied, part);
-        store(&demand.v, &mut now.v, part);
-        store(rho_hat, &mut now.rho_hat, part);
-        now.accelerate(at, plants, (&moves, friction.as_ref()), pushed)
     }
 }
 
-impl<const N: usize> Now<N> {
-    /// The rates at a stage of a part, under what is applied; NaN as [`Drivers::act`].
-    #[inline(always)]
-    fn fly<S: Simd, K: Alike<N>>(
-        &mut self,
-        (simd, part): (S, usize),
-        plants: &K,
-        pushed: &Pushed<'_, N, S>,
-    ) -> Register<S> {
-        let (q, dq) = (self.seen.q.load(simd, part), self.seen.dq.load(simd, part));
-        let moves = plants.moves((simd, part), &q, &dq);
-        let friction = pushed.friction_at((simd, part), &dq);
-        self.accelerate((simd, part), plants, (&moves, friction.as_ref()), pushed)
-    }
+/// Plants that are moved, against this friction of theirs; and what is lost.
+struct Moved<'a, const N: usize> {
+    friction: Option<&'a Frictions<N>>,
+    now: &'a mut Now<N>,
+    lost: &'a mut Abreast,
+    push: Push<'a, N>,
+}
 
-    /// The same of plants that move so, against friction.
+/// Plants and what laws believe of them, of one kind.
+struct Act<'a, const N: usize, K> {
+    drivers: &'a Drivers<N>,
+    arms: (&'a K, &'a K),
+    rho_hat: &'a Vector<N, Abreast>,
+    moved: Moved<'a, N>,
+}
+
+impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { drivers, arms: (plants, models), rho_hat, mut moved } = self;
+        let Drivers { laws, alike, one_friction, limits: [controllers, actuators] } = drivers;
+        for part in 0..Register::<S>::PARTS {
+            let (at, now) = ((simd, part), &mut *moved.now);
+            let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
+            let moves = plants.moves(at, &q, &dq);
+            let mut dynamics = if *alike {
+                models.mass_matrix_and_bias(at, &moves)
+            } else {
+                models.mass_matrix_and_bias(at, &models.moves(at, &q, &dq))
+            };
+            if laws.arms().friction.is_some() {
+                let believed = if *one_friction { &now.resisted } else { &now.believed };
+                for n in 0..N {
+                    dynamics.1[n] += believed[n].load(simd, part);
+                }
+            }
+            let (seen, rho_hat) = (now.seen.load(simd, part), rho_hat.load(simd, part));
+            let demand = laws.torque(at, &dynamics, &seen, &rho_hat);
+            let mut asked = demand.model;
+            for n in 0..N {
+                asked[n] += demand.compensation[n];
+            }
+            let tau = controllers.load(simd, part).clamp(&asked);
+            let applied = actuators.load(simd, part).clamp(&tau);
+            store(&asked, &mut now.asked, part);
+            store(&applied, &mut now.applied, part);
+            store(&demand.v, &mut now.v, part);
+            store(&rho_hat, &mut now.rho_hat, part);
+            moved.accelerate(at, plants, &moves);
+        }
+    }
+}
+
+struct Fly<'a, const N: usize, K> {
+    plants: &'a K,
+    moved: Moved<'a, N>,
+}
+
+impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { plants, mut moved } = self;
+        for part in 0..Register::<S>::PARTS {
+            let Sample { q, dq, .. } = &moved.now.seen;
+            let moves = plants.moves((simd, part), &q.load(simd, part), &dq.load(simd, part));
+            moved.accelerate((simd, part), plants, &moves);
+        }
+    }
+}
+
+impl<const N: usize> Moved<'_, N> {
+    /// The rates at the stage of a part of the plants, which move so, under what is applied; lost
+    /// where a step of RK4 alone cannot follow them.
     #[inline(always)]
     fn accelerate<S: Simd, K: Alike<N>>(
         &mut self,
         (simd, part): (S, usize),
         plants: &K,
-        (moves, friction): (&K::Moves<S>, Option<&Vector<N, Register<S>>>),
-        pushed: &Pushed<'_, N, S>,
-    ) -> Register<S> {
-        let (at, mut net) = ((simd, part), self.applied.load(simd, part));
+        moves: &K::Moves<S>,
+    ) {
+        let Self { friction, now, lost, push: Push { i, h, tau_d, held } } = self;
+        let (mass, bias) = plants.mass_matrix_and_bias((simd, part), moves);
+        let mut net = now.applied.load(simd, part);
         for n in 0..N {
-            net[n] -= pushed.tau_d[n];
+            net[n] -= tau_d[n].load(simd, part);
+            let against =
+                if friction.is_some() { bias[n] + now.resisted[n].load(simd, part) } else { bias[n] };
+            net[n] -= against;
         }
-        let mut ordinary = net[0].like(0.0);
-        let ddq = match (pushed.friction, friction) {
-            (Some(friction), Some(torque)) if pushed.i == 0 => {
-                let (mass, bias) = plants.mass_matrix_and_bias(at, moves);
-                for n in 0..N {
-                    net[n] -= bias[n] + torque[n];
-                }
+        let ddq = match friction {
+            Some(friction) if *i == 0 => {
                 let factor = Factor::of(&mass);
-                ordinary = friction.as_smooth(at, (&mass, &factor), pushed.h, pushed.held);
+                let ordinary = friction.as_smooth((simd, part), (&mass, &factor), *h, *held);
+                (lost.load(simd, part) + ordinary).store(lost, part);
                 factor.solve(&net)
             }
-            _ => plants.forward_dynamics(at, moves, &net, friction),
+            _ => plants.solve((simd, part), moves, &mass, &net),
         };
-        store(&self.seen.dq.load(simd, part), &mut self.rates[pushed.i].q, part);
-        store(&ddq, &mut self.rates[pushed.i].dq, part);
-        ordinary
+        let rates = &mut now.rates[*i];
+        for n in 0..N {
+            now.seen.dq[n].load(simd, part).store(&mut rates.q[n], part);
+        }
+        store(&ddq, &mut rates.dq, part);
     }
 }
 

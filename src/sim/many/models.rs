@@ -13,6 +13,9 @@ use crate::math::{
 /// What eight laws believe of their arms, and M₀ and H₀ of the latest sample.
 pub(super) struct Models<const N: usize> {
     arms: ArmsAbreast<N>,
+    /// The motion as controllers feel it, and then friction in the place of q.
+    q: Vector<N, Abreast>,
+    dq: Vector<N, Abreast>,
     mass: Matrix<N, Abreast>,
     bias: Vector<N, Abreast>,
 }
@@ -30,14 +33,32 @@ impl<const N: usize> Models<N> {
         }
         let sides = none_missing(cases.map(|case| case.controller.law.model()))?;
         let (arms, zero) = (ArmsAbreast::of(sides)?, Abreast::all(0.0));
-        let (mass, bias) = (Matrix::<N, _>::repeat(zero), Vector::<N, _>::repeat(zero));
-        Some(Self { arms, mass, bias })
+        let (mass, zeros) = (Matrix::<N, _>::repeat(zero), Vector::<N, _>::repeat(zero));
+        Some(Self { arms, q: zeros, dq: zeros, mass, bias: zeros })
     }
 
     /// Finds them at q and q̇.
     #[inline(never)]
     pub fn find(&mut self, arch: Arch, (q, dq): (&Vector<N, Abreast>, &Vector<N, Abreast>)) {
-        arch.dispatch(Find { models: self, q, dq });
+        let felt = |x: &Vector<N, Abreast>| x.map(|x| Abreast(x.0.map(|x| x.unless_tiny(TINY_SIGNAL))));
+        (self.q, self.dq) = (felt(q), felt(dq));
+        let Self { arms, q, dq, mass, bias } = self;
+        match &arms.kind {
+            Kind::TwoLinks(arms) if const { N == 2 } => {
+                arch.dispatch(Find { arms: &**arms, q, dq, mass, bias });
+            }
+            Kind::Chains(arms) => arch.dispatch(Find { arms: &**arms, q, dq, mass, bias }),
+            // Arms of two links have two joints.
+            Kind::TwoLinks(_) => {}
+        }
+        arms.resist(arch, dq, q);
+        if arms.friction.is_some() {
+            for n in 0..N {
+                for lane in 0..LANES {
+                    bias[n].0[lane] += q[n].0[lane];
+                }
+            }
+        }
     }
 
     /// M₀ and H₀ of the law in a lane.
@@ -46,35 +67,23 @@ impl<const N: usize> Models<N> {
     }
 }
 
-struct Find<'a, const N: usize> {
-    models: &'a mut Models<N>,
+struct Find<'a, const N: usize, K> {
+    arms: &'a K,
     q: &'a Vector<N, Abreast>,
     dq: &'a Vector<N, Abreast>,
+    mass: &'a mut Matrix<N, Abreast>,
+    bias: &'a mut Vector<N, Abreast>,
 }
 
-impl<const N: usize> WithSimd for Find<'_, N> {
+impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { models: Models { arms, mass, bias }, q, dq } = self;
+        let Self { arms, q, dq, mass, bias } = self;
         for part in 0..Register::<S>::PARTS {
-            let (at, mut q, mut dq) = ((simd, part), q.load(simd, part), dq.load(simd, part));
-            for n in 0..N {
-                q[n] = q[n].unless_tiny(TINY_SIGNAL);
-                dq[n] = dq[n].unless_tiny(TINY_SIGNAL);
-            }
-            let (own_mass, mut own_bias) = match &arms.kind {
-                Kind::TwoLinks(arms) if const { N == 2 } => dynamics(at, &**arms, (&q, &dq)),
-                Kind::Chains(arms) => dynamics(at, &**arms, (&q, &dq)),
-                // Arms of two links have two joints.
-                Kind::TwoLinks(_) => continue,
-            };
-            if let Some(friction) = arms.friction_at(at, &dq) {
-                for n in 0..N {
-                    own_bias[n] += friction[n];
-                }
-            }
+            let moves = arms.moves((simd, part), &q.load(simd, part), &dq.load(simd, part));
+            let (own_mass, own_bias) = arms.mass_matrix_and_bias((simd, part), &moves);
             for j in 0..N {
                 for i in 0..N {
                     own_mass[(i, j)].store(&mut mass[(i, j)], part);
@@ -83,14 +92,4 @@ impl<const N: usize> WithSimd for Find<'_, N> {
             store(&own_bias, bias, part);
         }
     }
-}
-
-/// M and C q̇ + G of a part of arms.
-#[inline(always)]
-fn dynamics<const N: usize, S: Simd, K: Alike<N>>(
-    at: (S, usize),
-    arms: &K,
-    (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-    arms.mass_matrix_and_bias(at, &arms.moves(at, q, dq))
 }

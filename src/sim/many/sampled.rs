@@ -6,6 +6,7 @@ use super::bodies::Bodies;
 use super::case::Case;
 use super::course::Course;
 use super::deciders::Deciders;
+use super::forces::Push;
 use super::surroundings::Surroundings;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law};
@@ -83,7 +84,8 @@ where
             Deciders::Abreast(together) => {
                 around.push(t, &bodies.now.seen);
                 let rho_hat = *together.estimate(bodies, begun, period);
-                bodies.act(&together.drivers, (0, h), &rho_hat, &around.tau_d, true);
+                let push = Push { i: 0, h, tau_d: &around.tau_d, held: true };
+                bodies.act(&together.drivers, &rho_hat, push);
             }
             Deciders::Each(each) => {
                 each.decide(bodies, begun, period);
@@ -116,6 +118,6 @@ where
     /// Lets the arms go on at stage i of a step of `h` \[s\], at time `t` \[s\].
     fn fly(&mut self, (i, h): (usize, f64), t: f64) {
         self.around.push(t, &self.bodies.now.seen);
-        self.bodies.fly((i, h), &self.around.tau_d);
+        self.bodies.fly(Push { i, h, tau_d: &self.around.tau_d, held: true });
     }
 }
