@@ -210,8 +210,7 @@ impl<const N: usize> Grids<N> {
                 let sets = &self.sets[n][k];
                 let x = sets.within(self.scales[k] * signal.of(seen)[n]);
                 let input = (x, sets.exponent(x).0.series_exp());
-                pending.memberships[n][k] =
-                    sets.memberships(input, sets.steps(), self.normalized);
+                pending.memberships[n][k] = sets.memberships(input, sets.steps(), self.normalized);
             }
             let s = self.p12[n] * seen.e[n] + self.p22[n] * seen.de[n];
             pending.drive[n] = self.gain[n] * s;

@@ -244,8 +244,8 @@ impl<X: Copy> Spaced<X> {
         x.if_less(low, low, high.if_less(x, high, x))
     }
 
-    /// The memberships in sets of these `steps`, `L` at the most, as [`Lattice::part`] makes them of
-    /// one run.
+    /// The memberships in sets of these `steps`, `L` at the most, as [`Lattice::part`] makes them
+    /// of one run.
     #[inline(always)]
     pub fn memberships<const L: usize, T: Real<Number = X>>(
         &self,

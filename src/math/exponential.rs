@@ -46,7 +46,8 @@ pub(crate) fn exponentials<S: Simd, const M: usize>(simd: S, x: [S::f64s; M]) ->
     let splat = |x| simd.splat_f64s(x);
     let (mut r, mut shifted, mut r2, mut r4, mut lower, mut upper) = (x, x, x, x, x, x);
     for m in 0..M {
-        r[m] = simd.min_f64s(simd.max_f64s(x[m], splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
+        r[m] =
+            simd.min_f64s(simd.max_f64s(x[m], splat(-LARGEST_EXPONENT)), splat(LARGEST_EXPONENT));
         shifted[m] = fused(simd, splat(ROUNDER), r[m], splat(core::f64::consts::LOG2_E));
     }
     for ln in LN_2 {
