@@ -13,7 +13,7 @@ use crate::math::{Abreast, Load, Matrix, Register, Vector, store};
 use crate::sim::held::in_one_part;
 use crate::sim::stiff::none_beyond_rk4;
 
-/// What pushes plants at stage i of a step of `h` \[s\], under a torque that is `held` in it or not.
+/// What pushes plants at stage i of a step of `h` \[s\], under a torque that is `held` or not.
 #[derive(Clone, Copy)]
 pub(super) struct Push<'a, const N: usize> {
     pub i: usize,
@@ -25,12 +25,7 @@ pub(super) struct Push<'a, const N: usize> {
 impl<const N: usize> Bodies<N> {
     /// Moves a stage by the laws of `drivers`, with estimates `rho_hat`.
     #[inline(never)]
-    pub fn act(
-        &mut self,
-        drivers: &Drivers<N>,
-        rho_hat: &Vector<N, Abreast>,
-        push: Push<'_, N>,
-    ) {
+    pub fn act(&mut self, drivers: &Drivers<N>, rho_hat: &Vector<N, Abreast>, push: Push<'_, N>) {
         let Self { arch, plants, now, lost, .. } = self;
         let arms = drivers.laws.arms();
         plants.resist(*arch, &now.seen.dq, &mut now.resisted);
@@ -156,8 +151,11 @@ impl<const N: usize> Moved<'_, N> {
         let mut net = now.applied.load(simd, part);
         for n in 0..N {
             net[n] -= tau_d[n].load(simd, part);
-            let against =
-                if friction.is_some() { bias[n] + now.resisted[n].load(simd, part) } else { bias[n] };
+            let against = if friction.is_some() {
+                bias[n] + now.resisted[n].load(simd, part)
+            } else {
+                bias[n]
+            };
             net[n] -= against;
         }
         let ddq = match friction {

@@ -40,7 +40,8 @@ impl<const N: usize> Models<N> {
     /// Finds them at q and q̇.
     #[inline(never)]
     pub fn find(&mut self, arch: Arch, (q, dq): (&Vector<N, Abreast>, &Vector<N, Abreast>)) {
-        let felt = |x: &Vector<N, Abreast>| x.map(|x| Abreast(x.0.map(|x| x.unless_tiny(TINY_SIGNAL))));
+        let felt =
+            |x: &Vector<N, Abreast>| x.map(|x| Abreast(x.0.map(|x| x.unless_tiny(TINY_SIGNAL))));
         (self.q, self.dq) = (felt(q), felt(dq));
         let Self { arms, q, dq, mass, bias } = self;
         match &arms.kind {
