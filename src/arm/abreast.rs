@@ -147,97 +147,105 @@ impl Load for JointFriction<Abreast> {
 /// What arms of one kind side by side do, a part at a time.
 pub(crate) trait Alike<const N: usize> {
     /// What they need to know of a motion: the same for all that move alike.
-    type Moves<S: Simd>;
+    type Moves<'a, S: Simd>: Copy;
 
-    /// How they move at q and q̇.
-    fn moves<S: Simd>(
+    /// How they move at q and q̇, with a place for their frames.
+    fn moves<'a, S: Simd>(
         &self,
         at: (S, usize),
-        q: &Vector<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-    ) -> Self::Moves<S>;
+        motion: (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        frames: &'a mut Frames<N, Abreast>,
+    ) -> Self::Moves<'a, S>;
 
-    /// M and C q̇ + G.
-    fn mass_matrix_and_bias<S: Simd>(
+    /// Writes M and C q̇ + G.
+    fn write_dynamics<S: Simd>(
         &self,
         at: (S, usize),
-        moves: &Self::Moves<S>,
-    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>);
+        moves: Self::Moves<'_, S>,
+        dynamics: &mut Dynamics<N, S>,
+    );
 
     /// M⁻¹ `net`.
     fn solve<S: Simd>(
         &self,
         at: (S, usize),
-        moves: &Self::Moves<S>,
+        moves: Self::Moves<'_, S>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
 }
 
+/// M and C q̇ + G.
+pub(crate) type Dynamics<const N: usize, S> = (Matrix<N, Register<S>>, Vector<N, Register<S>>);
+
 impl<const N: usize> Alike<N> for Planar<Abreast> {
-    type Moves<S: Simd> = Planes<Register<S>>;
+    type Moves<'a, S: Simd> = Planes<Register<S>>;
 
     #[inline(always)]
-    fn moves<S: Simd>(
+    fn moves<'a, S: Simd>(
         &self,
         (simd, part): (S, usize),
-        q: &Vector<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-    ) -> Self::Moves<S> {
+        (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        _: &'a mut Frames<N, Abreast>,
+    ) -> Self::Moves<'a, S> {
         let (q, arms) = (two(q), self.load(simd, part));
         Planes { first: arms.first(q[0]), second: q[1].sin_cos(), dq: two(dq) }
     }
 
     #[inline(always)]
-    fn mass_matrix_and_bias<S: Simd>(
+    fn write_dynamics<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        Planes { first, second, dq }: &Self::Moves<S>,
-    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
-        self.load(simd, part).dynamics(*first, *second, dq)
+        Planes { first, second, dq }: Self::Moves<'_, S>,
+        dynamics: &mut Dynamics<N, S>,
+    ) {
+        *dynamics = self.load(simd, part).dynamics(first, second, &dq);
     }
 
     #[inline(always)]
     fn solve<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        moves: &Self::Moves<S>,
+        Planes { second, .. }: Self::Moves<'_, S>,
         _: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         let net = two(net);
-        back(&self.load(simd, part).solve(moves.second, [net[0], net[1]]))
+        back(&self.load(simd, part).solve(second, [net[0], net[1]]))
     }
 }
 
 impl<const N: usize> Alike<N> for Chain<N, Abreast> {
-    type Moves<S: Simd> = Frames<N, Register<S>>;
+    type Moves<'a, S: Simd> = &'a Frames<N, Abreast>;
 
     #[inline(always)]
-    fn moves<S: Simd>(
+    fn moves<'a, S: Simd>(
         &self,
         at: (S, usize),
-        q: &Vector<N, Register<S>>,
-        dq: &Vector<N, Register<S>>,
-    ) -> Self::Moves<S> {
-        Part { chains: self, at }.frames(q, dq)
+        (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        frames: &'a mut Frames<N, Abreast>,
+    ) -> Self::Moves<'a, S> {
+        Part { chains: self, at }.find(q, dq, frames);
+        frames
     }
 
     #[inline(always)]
-    fn mass_matrix_and_bias<S: Simd>(
+    fn write_dynamics<S: Simd>(
         &self,
         at: (S, usize),
-        moves: &Self::Moves<S>,
-    ) -> (Matrix<N, Register<S>>, Vector<N, Register<S>>) {
+        frames: Self::Moves<'_, S>,
+        (mass, bias): &mut Dynamics<N, S>,
+    ) {
         let part = Part { chains: self, at };
-        (part.mass_matrix(moves), part.bias(moves))
+        part.write_mass_matrix(frames, mass);
+        *bias = part.bias(frames);
     }
 
     #[inline(always)]
     fn solve<S: Simd>(
         &self,
         _: (S, usize),
-        _: &Self::Moves<S>,
+        _: Self::Moves<'_, S>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
@@ -246,6 +254,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
 }
 
 /// What arms of two links need to know of a motion.
+#[derive(Clone, Copy)]
 pub(crate) struct Planes<T> {
     /// Sine and cosine of q₁ where there is gravity, and of q₂.
     first: Option<(T, T)>,

@@ -5,7 +5,7 @@
 //! from the tip to the base.
 //! Source: Featherstone, Rigid Body Dynamics Algorithms, 6.4.
 
-use crate::math::{Matrix, Real, Vector};
+use crate::math::{Matrix, Real, Vector, column};
 
 /// The factors of a symmetric matrix; all solutions are NaN if it is not positive definite.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ impl<const N: usize, T: Real> Factor<N, T> {
             }
             x[k] = sum;
         }
-        Vector::<N, T>::from(x)
+        column(x)
     }
 
     /// (M⁻¹)ᵢᵢ: `Σₖ (L⁻¹)ᵢₖ² / dₖ`.
@@ -62,7 +62,7 @@ impl<const N: usize, T: Real> Factor<N, T> {
     #[inline(always)]
     pub fn inverse_diagonal(&self) -> Vector<N, T> {
         let Self { rows, inverse_d } = self;
-        let mut diagonal = Vector::<N, T>::from(*inverse_d);
+        let mut diagonal = column(*inverse_d);
         let mut inverse = *rows;
         for i in 0..N {
             inverse[i][i] = inverse_d[i].like(1.0);

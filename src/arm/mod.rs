@@ -20,7 +20,7 @@ mod single;
 mod two_link;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::{Alike, ArmsAbreast, Frictions, Kind};
+pub(crate) use abreast::{Alike, ArmsAbreast, Dynamics, Frictions, Kind};
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;
@@ -28,7 +28,7 @@ pub use parametric::{Parametric, Regressor};
 pub(crate) use posed::Posed;
 pub(crate) use resistance::Resistance;
 #[cfg(feature = "std")]
-pub(crate) use serial::{Flaw, MAX_ABREAST, SYMMETRIC};
+pub(crate) use serial::{Flaw, Frame, Frames, MAX_ABREAST, SYMMETRIC};
 pub use serial::{
     Inertia, JointKind, JointLimits, JointStop, Link, Perturbation, Pose, Serial, SerialParameters,
     Unphysical,

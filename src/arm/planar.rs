@@ -1,7 +1,7 @@
 //! The closed form of the planar arm of two links, in the numbers of one arm, or of several side by
 //! side; [`TwoLink`](super::TwoLink) has the equations.
 
-use crate::math::{Matrix, Real, Vector};
+use crate::math::{Matrix, Real, Vector, column, columns};
 
 /// The numbers of the closed form, of one arm or of several side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,7 +24,7 @@ impl<T: Real> Planar<T> {
         let coupling = theta_2 * cos_2;
         let m12 = theta_3 + coupling;
         let m11 = theta_1 + theta_3 + coupling.like(2.0) * coupling;
-        Matrix::<2, T>::new(m11, m12, m12, theta_3)
+        columns([[m11, m12], [m12, theta_3]])
     }
 
     /// sin q₁ and cos q₁, where there is gravity.
@@ -44,7 +44,7 @@ impl<T: Real> Planar<T> {
         // C q̇ = [−θ₂ (2 q̇₁q̇₂ + q̇₂²) sin q₂, θ₂ q̇₁² sin q₂]
         let h = self.theta[1] * sin_2;
         let mixed = h.like(2.0) * dq[0] * dq[1] + dq[1] * dq[1];
-        let mut bias = Vector::<2, T>::new(-h * mixed, h * (dq[0] * dq[0]));
+        let mut bias = column([-h * mixed, h * (dq[0] * dq[0])]);
         if let Some(first) = first {
             let gravity = self.gravity_at(first, (sin_2, cos_2));
             bias[0] += gravity[0];
@@ -57,7 +57,7 @@ impl<T: Real> Planar<T> {
     #[inline(always)]
     pub fn gravity_at(&self, (sin_1, cos_1): (T, T), (sin_2, cos_2): (T, T)) -> Vector<2, T> {
         let outer = self.weight[1] * (cos_1 * cos_2 - sin_1 * sin_2);
-        Vector::<2, T>::new(self.weight[0] * cos_1 + outer, outer)
+        column([self.weight[0] * cos_1 + outer, outer])
     }
 
     /// M⁻¹ x with the determinant of [`TwoLink::new`], which cannot cancel.
@@ -66,10 +66,10 @@ impl<T: Real> Planar<T> {
         let mass = self.mass(trig.1);
         let off_axis = self.theta[1] * trig.0;
         let inverse_det = off_axis.like(1.0) / (self.det_0 + off_axis * off_axis);
-        Vector::<2, T>::new(
+        column([
             (mass[(1, 1)] * x[0] - mass[(0, 1)] * x[1]) * inverse_det,
             (mass[(0, 0)] * x[1] - mass[(0, 1)] * x[0]) * inverse_det,
-        )
+        ])
     }
 
     /// M and C q̇ + G from the same, of as many joints as there are: two.
@@ -81,7 +81,7 @@ impl<T: Real> Planar<T> {
         dq: &Vector<2, T>,
     ) -> (Matrix<N, T>, Vector<N, T>) {
         let (own, bias) = (self.mass(second.1), self.rigid_at(first, second, dq));
-        let mut mass = Matrix::<N, T>::repeat(own[(0, 0)]);
+        let mut mass = columns([[own[(0, 0)]; N]; N]);
         for i in 0..N {
             for j in 0..N {
                 mass[(i, j)] = own[(i.min(1), j.min(1))];
@@ -94,15 +94,15 @@ impl<T: Real> Planar<T> {
 /// The entries of two joints. Nothing is left of this where `N` is 2; elsewhere nobody asks.
 #[inline(always)]
 pub(super) fn two<const N: usize, T: Real>(x: &Vector<N, T>) -> Vector<2, T> {
-    Vector::<2, T>::new(x[0], x[1.min(N - 1)])
+    column([x[0], x[1.min(N - 1)]])
 }
 
 /// The way back.
 #[inline(always)]
 pub(super) fn back<const N: usize, T: Real>(x: &Vector<2, T>) -> Vector<N, T> {
-    let mut all = Vector::<N, T>::repeat(x[0]);
+    let mut all = [x[0]; N];
     for n in 1..N {
         all[n] = x[1];
     }
-    all
+    column(all)
 }

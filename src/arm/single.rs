@@ -2,7 +2,7 @@
 
 use super::JointFriction;
 use super::planar::{Planar, two};
-use super::serial::{Chain, Links};
+use super::serial::{Chain, Frame, Links};
 use super::side::{Form, Side};
 use crate::math::{Matrix, Real, Vector};
 
@@ -42,8 +42,10 @@ impl<const N: usize> SingleArm<N> {
                 arm.dynamics(arm.first(q[0]), Real::sin_cos(q[1]), &dq)
             }
             Body::Chain(chain) => {
-                let frames = chain.frames(q, dq);
-                (Links::mass_matrix(chain, &frames), chain.bias(&frames))
+                let (mut frames, mut mass) = ([Frame::place(0.0); N], Matrix::<N, f32>::zeros());
+                chain.find(q, dq, &mut frames);
+                chain.write_mass_matrix(&frames, &mut mass);
+                (mass, chain.bias(&frames))
             }
         };
         if let Some(friction) = &self.friction {

@@ -35,6 +35,18 @@ pub type Vector<const N: usize, T = f64> = nalgebra::SVector<T, N>;
 /// A square matrix over `N` joints (or `N` states).
 pub type Matrix<const N: usize, T = f64> = nalgebra::SMatrix<T, N, N>;
 
+/// The vector of these entries. Of registers, nalgebra's own constructors copy each several times.
+#[inline(always)]
+pub(crate) const fn column<const N: usize, T>(x: [T; N]) -> Vector<N, T> {
+    Vector::<N, T>::from_array_storage(nalgebra::ArrayStorage([x]))
+}
+
+/// The matrix of these columns.
+#[inline(always)]
+pub(crate) const fn columns<const N: usize, T>(x: [[T; N]; N]) -> Matrix<N, T> {
+    Matrix::<N, T>::from_array_storage(nalgebra::ArrayStorage(x))
+}
+
 /// Up to so many joints a stage is compiled as a whole, in line with each caller: it then computes
 /// only what its caller uses, and its numbers stay in registers. Written to memory one by one and
 /// read back as a vector, they would miss store forwarding. Beyond, a stage takes far longer than

@@ -6,13 +6,14 @@
 use core::fmt::{self, Debug};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-use nalgebra::{ArrayStorage, SMatrix};
 use pulp::Simd;
 
 use super::exp_tanh::{near_exp, near_tanh, rare_exp};
 use super::real::ROUNDER;
 use super::sines::{near, rare};
-use super::{Abreast, LANES, Real, Vector, around, exp, exponential, exponentials, sin_cos};
+use super::{
+    Abreast, LANES, Real, Vector, around, column, exp, exponential, exponentials, sin_cos,
+};
 
 /// As many numbers as a register of the instruction set `S` holds; in memory, in one cache line.
 #[derive(Clone, Copy)]
@@ -231,8 +232,8 @@ impl<const N: usize> Load for Vector<N, Abreast> {
 
     #[inline(always)]
     fn load<S: Simd>(&self, simd: S, part: usize) -> Vector<N, Register<S>> {
-        let [column] = &self.data.0;
-        SMatrix::from_array_storage(ArrayStorage([column.load(simd, part)]))
+        let [entries] = &self.data.0;
+        column(entries.load(simd, part))
     }
 }
 

@@ -1,7 +1,8 @@
 //! Chains side by side, a chain a lane.
 
+use super::inverse::Spread;
 use super::joint::{Chain, Joint, Mass};
-use super::links::Links;
+use super::links::{Frame, Links};
 use super::space::{Sym3, Turn, V3};
 use crate::math::{Abreast, LANES, Load, Register};
 use pulp::Simd;
@@ -36,6 +37,8 @@ pub(crate) struct Part<'a, const N: usize, S: Simd> {
 }
 
 impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
+    type Kept = Abreast;
+
     #[inline(always)]
     fn joint(&self, i: usize) -> Joint<Register<S>> {
         self.chains.joints[i].load(self.at.0, self.at.1)
@@ -44,6 +47,61 @@ impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
     #[inline(always)]
     fn gravity(&self) -> V3<Register<S>> {
         self.chains.gravity.load(self.at.0, self.at.1)
+    }
+
+    #[inline(always)]
+    fn keep(&self, frame: &Frame<Register<S>>, place: &mut Frame<Abreast>) {
+        let (Turn { ca, sa, c, s, p }, part) = (&mut place.turn, self.at.1);
+        frame.turn.ca.store(ca, part);
+        frame.turn.sa.store(sa, part);
+        frame.turn.c.store(c, part);
+        frame.turn.s.store(s, part);
+        frame.turn.p.store(p, part);
+        frame.a.store(&mut place.a, part);
+        frame.s.store(&mut place.s, part);
+    }
+
+    #[inline(always)]
+    fn kept(&self, Frame { turn, a, s }: &Frame<Abreast>) -> Frame<Register<S>> {
+        let (simd, part) = self.at;
+        Frame { turn: turn.load(simd, part), a: a.load(simd, part), s: s.load(simd, part) }
+    }
+}
+
+impl<S: Simd> V3<Register<S>> {
+    #[inline(always)]
+    fn store(&self, V3 { x, y, z }: &mut V3<Abreast>, part: usize) {
+        self.x.store(x, part);
+        self.y.store(y, part);
+        self.z.store(z, part);
+    }
+}
+
+impl<S: Simd> Spread<Register<S>> {
+    #[inline(always)]
+    fn store(&self, to: &mut Spread<Abreast>, part: usize) {
+        self.xx.store(&mut to.xx, part);
+        self.xy.store(&mut to.xy, part);
+        self.xz.store(&mut to.xz, part);
+        self.yx.store(&mut to.yx, part);
+        self.yy.store(&mut to.yy, part);
+        self.yz.store(&mut to.yz, part);
+        self.zx.store(&mut to.zx, part);
+        self.zy.store(&mut to.zy, part);
+        self.zz.store(&mut to.zz, part);
+    }
+}
+
+impl Load for Spread<Abreast> {
+    type In<S: Simd> = Spread<Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Self { xx, xy, xz, yx, yy, yz, zx, zy, zz } = self;
+        let [xx, xy, xz] = [*xx, *xy, *xz].load(simd, part);
+        let [yx, yy, yz] = [*yx, *yy, *yz].load(simd, part);
+        let [zx, zy, zz] = [*zx, *zy, *zz].load(simd, part);
+        Spread { xx, xy, xz, yx, yy, yz, zx, zy, zz }
     }
 }
 

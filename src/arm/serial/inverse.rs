@@ -18,17 +18,17 @@ use super::space::{Turn, V3};
 use crate::math::{Matrix, Real, Vector};
 
 /// S: the acceleration of the link's points is a + S r.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Spread<T = f64> {
-    xx: T,
-    xy: T,
-    xz: T,
-    yx: T,
-    yy: T,
-    yz: T,
-    zx: T,
-    zy: T,
-    zz: T,
+    pub xx: T,
+    pub xy: T,
+    pub xz: T,
+    pub yx: T,
+    pub yy: T,
+    pub yz: T,
+    pub zx: T,
+    pub zy: T,
+    pub zz: T,
 }
 
 impl<T: Real> Spread<T> {
@@ -120,7 +120,7 @@ impl<T: Real> Joint<T> {
     /// What moves the link's mass. The m, h_z and Σ_zz of a turning link, and the Σ of a sliding
     /// one, belong to the link before.
     #[inline(always)]
-    fn wrench(&self, s: &Spread<T>, a: V3<T>) -> Wrench<T> {
+    pub(super) fn wrench(&self, s: &Spread<T>, a: V3<T>) -> Wrench<T> {
         let (h, k) = (self.mass.h, &self.mass.sigma);
         if !self.revolute {
             return Wrench { f: a * self.mass.m + s.at(h), n: h.cross(a) };
@@ -145,11 +145,11 @@ impl<T: Real> Joint<T> {
 /// How the frame of a link moves: the acceleration of its origin, gravity in it, and S, from its
 /// angular velocity and acceleration.
 #[derive(Clone, Copy)]
-pub(crate) struct Moving<T> {
+pub(super) struct Moving<T> {
     w: V3<T>,
     dw: V3<T>,
-    a: V3<T>,
-    s: Spread<T>,
+    pub a: V3<T>,
+    pub s: Spread<T>,
 }
 
 impl<T: Real> Moving<T> {
@@ -177,14 +177,6 @@ impl<T: Real> Moving<T> {
     }
 }
 
-impl<T: Real> Joint<T> {
-    /// What moves the link with its frame.
-    #[inline(always)]
-    pub(super) fn wrench_of(&self, moving: &Moving<T>) -> Wrench<T> {
-        self.wrench(&moving.s, moving.a)
-    }
-}
-
 impl<const N: usize, T: Real> Chain<N, T> {
     /// M q̈ + C q̇ + G without friction and armature; `upward` is −g, or zero for none.
     #[inline(always)]
@@ -201,7 +193,7 @@ impl<const N: usize, T: Real> Chain<N, T> {
         for i in 0..N {
             let faster = ddq.map_or(zero.x, |ddq| ddq[i]);
             moving = moving.outward(&turns[i], self.joints[i].revolute, dq[i], faster);
-            wrenches[i] = self.joints[i].wrench_of(&moving);
+            wrenches[i] = self.joints[i].wrench(&moving.s, moving.a);
         }
         self.inward(turns, &wrenches)
     }

@@ -2,83 +2,109 @@
 //! single precision.
 
 use super::composite::unit_wrench;
-use super::inverse::{Moving, Wrench};
+use super::inverse::{Moving, Spread, Wrench};
 use super::joint::{Chain, Joint, Mass};
 use super::space::{Sym3, Turn, V3};
-use crate::math::{Matrix, Real, Vector};
+use crate::math::{Matrix, Real, Vector, column};
 
-/// The frames of a chain, each in the one before, and how they move.
-pub(crate) type Frames<const N: usize, T> = [(Turn<T>, Moving<T>); N];
+/// The frame of a joint in the one before; the acceleration of points that move with it is a + S r.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Frame<T> {
+    pub(super) turn: Turn<T>,
+    pub(super) a: V3<T>,
+    pub(super) s: Spread<T>,
+}
 
-/// The joints of a chain.
+/// The frames of a chain.
+pub(crate) type Frames<const N: usize, T> = [Frame<T>; N];
+
+impl<T: Copy> Frame<T> {
+    /// A place for one, of numbers that do not matter.
+    pub fn place(x: T) -> Self {
+        let v = V3::new(x, x, x);
+        let s = Spread { xx: x, xy: x, xz: x, yx: x, yy: x, yz: x, zx: x, zy: x, zz: x };
+        Self { turn: Turn { ca: x, sa: x, c: x, s: x, p: v }, a: v, s }
+    }
+}
+
+/// The joints of a chain, with a place for their frames: nothing so large is passed on or begun
+/// with zeros.
 pub(crate) trait Links<const N: usize, T: Real> {
+    /// The numbers of the frames, where they are kept.
+    type Kept: Copy;
+
     /// A joint with its link.
     fn joint(&self, i: usize) -> Joint<T>;
 
     /// Gravity in the prepared base's axes [m/s²].
     fn gravity(&self) -> V3<T>;
 
-    /// The frames at q, and how they move under gravity with q̇.
+    /// Puts a frame in its place.
+    fn keep(&self, frame: &Frame<T>, place: &mut Frame<Self::Kept>);
+
+    /// The frame that was put there.
+    fn kept(&self, place: &Frame<Self::Kept>) -> Frame<T>;
+
+    /// Finds the frames at q, and how they move under gravity with q̇.
     #[inline(always)]
-    fn frames(&self, q: &Vector<N, T>, dq: &Vector<N, T>) -> Frames<N, T> {
+    fn find(&self, q: &Vector<N, T>, dq: &Vector<N, T>, frames: &mut Frames<N, Self::Kept>) {
         let gravity = self.gravity();
         let zero = V3::zero_like(gravity.x);
         let mut moving = Moving::base(zero - gravity);
-        let mut frames = [(self.joint(0).rest, moving); N];
         for i in 0..N {
             let joint = self.joint(i);
             let turn = joint.turn(q[i]);
             moving = moving.outward(&turn, joint.revolute, dq[i], zero.x);
-            frames[i] = (turn, moving);
+            self.keep(&Frame { turn, a: moving.a, s: moving.s }, &mut frames[i]);
         }
-        frames
     }
 
     /// C q̇ + G.
     #[inline(always)]
-    fn bias(&self, frames: &Frames<N, T>) -> Vector<N, T> {
-        let zero = V3::zero_like(frames[0].0.c);
-        let mut tau = Vector::<N, T>::repeat(zero.x);
+    fn bias(&self, frames: &Frames<N, Self::Kept>) -> Vector<N, T> {
+        let zero = V3::zero_like(self.gravity().x);
+        let mut tau = column([zero.x; N]);
         let mut beyond = Wrench { f: zero, n: zero };
         for i in (0..N).rev() {
-            let (joint, (turn, moving)) = (self.joint(i), &frames[i]);
-            let all = joint.wrench_of(moving).plus(&beyond);
+            let (joint, Frame { turn, a, s }) = (self.joint(i), self.kept(&frames[i]));
+            let all = joint.wrench(&s, a).plus(&beyond);
             tau[i] = all.along(joint.revolute);
             if i > 0 {
-                beyond = all.inward(turn);
+                beyond = all.inward(&turn);
             }
         }
         tau
     }
 
-    /// M(q), armature on the diagonal: as [`Chain::mass_matrix`], column after column.
+    /// Writes M(q), armature on the diagonal: as [`Chain::mass_matrix`], column after column.
     #[inline(always)]
-    fn mass_matrix(&self, frames: &Frames<N, T>) -> Matrix<N, T> {
-        let zero = V3::zero_like(frames[0].0.c);
-        let mut m = Matrix::<N, T>::repeat(zero.x);
+    fn write_mass_matrix(&self, frames: &Frames<N, Self::Kept>, m: &mut Matrix<N, T>) {
+        let zero = V3::zero_like(self.gravity().x);
         let mut columns = [Wrench { f: zero, n: zero }; N];
         let mut body = self.joint(N - 1).mass;
         for i in (0..N).rev() {
             let Joint { revolute, armature, .. } = self.joint(i);
+            let Frame { turn, .. } = self.kept(&frames[i]);
             columns[i] = unit_wrench(&body, revolute);
             for j in i..N {
                 let axis = columns[j].along(revolute);
                 (m[(i, j)], m[(j, i)]) = (axis, axis);
                 if i > 0 {
-                    columns[j] = columns[j].inward(&frames[i].0);
+                    columns[j] = columns[j].inward(&turn);
                 }
             }
             m[(i, i)] += armature;
             if i > 0 {
-                body = self.joint(i - 1).mass.plus(&body.inward(&frames[i].0));
+                body = self.joint(i - 1).mass.plus(&body.inward(&turn));
             }
         }
-        m
     }
 }
 
 /// A chain in single precision.
 impl<const N: usize> Links<N, f32> for Chain<N, f32> {
+    type Kept = f32;
+
     #[inline(always)]
     fn joint(&self, i: usize) -> Joint<f32> {
         self.joints[i]
@@ -87,6 +113,16 @@ impl<const N: usize> Links<N, f32> for Chain<N, f32> {
     #[inline(always)]
     fn gravity(&self) -> V3<f32> {
         self.gravity
+    }
+
+    #[inline(always)]
+    fn keep(&self, frame: &Frame<f32>, place: &mut Frame<f32>) {
+        *place = *frame;
+    }
+
+    #[inline(always)]
+    fn kept(&self, place: &Frame<f32>) -> Frame<f32> {
+        *place
     }
 }
 

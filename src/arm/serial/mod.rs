@@ -46,7 +46,7 @@ pub(super) use joint::Chain;
 use joint::Mass;
 #[cfg(feature = "std")]
 pub(crate) use links::Frames;
-pub(crate) use links::Links;
+pub(crate) use links::{Frame, Links};
 use place::{Of, PoseNames};
 use space::V3;
 use validate::validate_pose;

@@ -7,7 +7,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
-use crate::arm::{Arm, ArmsAbreast};
+use crate::arm::{Arm, ArmsAbreast, Frame, Frames};
 use crate::control::{Controller, Law, LawsAbreast, Limits, Sample};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
@@ -27,6 +27,8 @@ pub(super) struct Bodies<const N: usize> {
     pub plants: ArmsAbreast<N>,
     pub wraps: [bool; N],
     pub now: Now<N>,
+    /// Places for the frames of plants and of models.
+    pub frames: [Frames<N, Abreast>; 2],
     pub figures: Figures<N, Abreast>,
     pub smooth: Smooth<N, Abreast>,
     /// Zero as long as all numbers of the run in a lane are finite, and the farthest that it went.
@@ -123,6 +125,7 @@ impl<const N: usize> Bodies<N> {
                 resisted: zeros,
                 believed: zeros,
             },
+            frames: [[Frame::place(zero); N]; 2],
             figures: Figures::over(window, zero),
             smooth: Smooth::new(zero),
             lost: zero,

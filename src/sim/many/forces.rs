@@ -7,9 +7,9 @@
 use pulp::{Simd, WithSimd};
 
 use super::bodies::{Bodies, Drivers, Now};
-use crate::arm::{Alike, Factor, Frictions, Kind};
+use crate::arm::{Alike, Dynamics, Factor, Frames, Frictions, Kind};
 use crate::control::Sample;
-use crate::math::{Abreast, Load, Matrix, Register, Vector, store};
+use crate::math::{Abreast, Load, Matrix, Register, Vector, column, columns, store};
 use crate::sim::held::in_one_part;
 use crate::sim::stiff::none_beyond_rk4;
 
@@ -26,7 +26,7 @@ impl<const N: usize> Bodies<N> {
     /// Moves a stage by the laws of `drivers`, with estimates `rho_hat`.
     #[inline(never)]
     pub fn act(&mut self, drivers: &Drivers<N>, rho_hat: &Vector<N, Abreast>, push: Push<'_, N>) {
-        let Self { arch, plants, now, lost, .. } = self;
+        let Self { arch, plants, now, frames, lost, .. } = self;
         let arms = drivers.laws.arms();
         plants.resist(*arch, &now.seen.dq, &mut now.resisted);
         if !drivers.one_friction {
@@ -35,10 +35,22 @@ impl<const N: usize> Bodies<N> {
         let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
         match (&plants.kind, &arms.kind) {
             (Kind::TwoLinks(plants), Kind::TwoLinks(models)) if const { N == 2 } => {
-                arch.dispatch(Act { drivers, arms: (&**plants, &**models), rho_hat, moved });
+                arch.dispatch(Act {
+                    drivers,
+                    arms: (&**plants, &**models),
+                    frames,
+                    rho_hat,
+                    moved,
+                });
             }
             (Kind::Chains(plants), Kind::Chains(models)) => {
-                arch.dispatch(Act { drivers, arms: (&**plants, &**models), rho_hat, moved });
+                arch.dispatch(Act {
+                    drivers,
+                    arms: (&**plants, &**models),
+                    frames,
+                    rho_hat,
+                    moved,
+                });
             }
             // Arms of two kinds do not go side by side.
             _ => {}
@@ -48,18 +60,25 @@ impl<const N: usize> Bodies<N> {
     /// Moves a stage by what is applied.
     #[inline(never)]
     pub fn fly(&mut self, push: Push<'_, N>) {
-        let Self { arch, plants, now, lost, .. } = self;
+        let Self { arch, plants, now, frames: [frames, _], lost, .. } = self;
         plants.resist(*arch, &now.seen.dq, &mut now.resisted);
         let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
         match &plants.kind {
             Kind::TwoLinks(plants) if const { N == 2 } => {
-                arch.dispatch(Fly { plants: &**plants, moved });
+                arch.dispatch(Fly { plants: &**plants, frames, moved });
             }
-            Kind::Chains(plants) => arch.dispatch(Fly { plants: &**plants, moved }),
+            Kind::Chains(plants) => arch.dispatch(Fly { plants: &**plants, frames, moved }),
             // Arms of two links have two joints.
             Kind::TwoLinks(_) => {}
         }
     }
+}
+
+/// A place for M and C q̇ + G.
+#[inline(always)]
+pub(super) fn nothing<const N: usize, S: Simd>(simd: S) -> Dynamics<N, S> {
+    let zero = Abreast::all(0.0).load(simd, 0);
+    (columns([[zero; N]; N]), column([zero; N]))
 }
 
 /// Plants that are moved, against this friction of theirs; and what is lost.
@@ -74,6 +93,7 @@ struct Moved<'a, const N: usize> {
 struct Act<'a, const N: usize, K> {
     drivers: &'a Drivers<N>,
     arms: (&'a K, &'a K),
+    frames: &'a mut [Frames<N, Abreast>; 2],
     rho_hat: &'a Vector<N, Abreast>,
     moved: Moved<'a, N>,
 }
@@ -83,17 +103,16 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { drivers, arms: (plants, models), rho_hat, mut moved } = self;
+        let Self { drivers, arms: (plants, models), frames, rho_hat, mut moved } = self;
+        let mut dynamics = nothing(simd);
         let Drivers { laws, alike, one_friction, limits: [controllers, actuators] } = drivers;
         for part in 0..Register::<S>::PARTS {
             let (at, now) = ((simd, part), &mut *moved.now);
             let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
-            let moves = plants.moves(at, &q, &dq);
-            let mut dynamics = if *alike {
-                models.mass_matrix_and_bias(at, &moves)
-            } else {
-                models.mass_matrix_and_bias(at, &models.moves(at, &q, &dq))
-            };
+            let [own, believed] = &mut *frames;
+            let moves = plants.moves(at, (&q, &dq), own);
+            let known = if *alike { moves } else { models.moves(at, (&q, &dq), believed) };
+            models.write_dynamics(at, known, &mut dynamics);
             if laws.arms().friction.is_some() {
                 let believed = if *one_friction { &now.resisted } else { &now.believed };
                 for n in 0..N {
@@ -112,13 +131,14 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             store(&applied, &mut now.applied, part);
             store(&demand.v, &mut now.v, part);
             store(&rho_hat, &mut now.rho_hat, part);
-            moved.accelerate(at, plants, &moves);
+            moved.accelerate(at, plants, moves, &mut dynamics);
         }
     }
 }
 
 struct Fly<'a, const N: usize, K> {
     plants: &'a K,
+    frames: &'a mut Frames<N, Abreast>,
     moved: Moved<'a, N>,
 }
 
@@ -127,11 +147,13 @@ impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { plants, mut moved } = self;
+        let Self { plants, frames, mut moved } = self;
+        let mut dynamics = nothing(simd);
         for part in 0..Register::<S>::PARTS {
             let Sample { q, dq, .. } = &moved.now.seen;
-            let moves = plants.moves((simd, part), &q.load(simd, part), &dq.load(simd, part));
-            moved.accelerate((simd, part), plants, &moves);
+            let motion = (&q.load(simd, part), &dq.load(simd, part));
+            let moves = plants.moves((simd, part), motion, frames);
+            moved.accelerate((simd, part), plants, moves, &mut dynamics);
         }
     }
 }
@@ -144,10 +166,12 @@ impl<const N: usize> Moved<'_, N> {
         &mut self,
         (simd, part): (S, usize),
         plants: &K,
-        moves: &K::Moves<S>,
+        moves: K::Moves<'_, S>,
+        dynamics: &mut Dynamics<N, S>,
     ) {
         let Self { friction, now, lost, push: Push { i, h, tau_d, held } } = self;
-        let (mass, bias) = plants.mass_matrix_and_bias((simd, part), moves);
+        plants.write_dynamics((simd, part), moves, dynamics);
+        let (mass, bias) = &*dynamics;
         let mut net = now.applied.load(simd, part);
         for n in 0..N {
             net[n] -= tau_d[n].load(simd, part);
@@ -160,12 +184,12 @@ impl<const N: usize> Moved<'_, N> {
         }
         let ddq = match friction {
             Some(friction) if *i == 0 => {
-                let factor = Factor::of(&mass);
-                let ordinary = friction.as_smooth((simd, part), (&mass, &factor), *h, *held);
+                let factor = Factor::of(mass);
+                let ordinary = friction.as_smooth((simd, part), (mass, &factor), *h, *held);
                 (lost.load(simd, part) + ordinary).store(lost, part);
                 factor.solve(&net)
             }
-            _ => plants.solve((simd, part), moves, &mass, &net),
+            _ => plants.solve((simd, part), moves, mass, &net),
         };
         let rates = &mut now.rates[*i];
         for n in 0..N {

@@ -4,7 +4,8 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
-use crate::arm::{Alike, ArmsAbreast, Kind};
+use super::forces::nothing;
+use crate::arm::{Alike, ArmsAbreast, Frame, Frames, Kind};
 use crate::control::{Front, Law};
 use crate::math::{
     Abreast, LANES, Load, Matrix, Real, Register, TINY_SIGNAL, Vector, lane, none_missing, store,
@@ -16,6 +17,7 @@ pub(super) struct Models<const N: usize> {
     /// The motion as controllers feel it, and then friction in the place of q.
     q: Vector<N, Abreast>,
     dq: Vector<N, Abreast>,
+    frames: Frames<N, Abreast>,
     mass: Matrix<N, Abreast>,
     bias: Vector<N, Abreast>,
 }
@@ -34,7 +36,8 @@ impl<const N: usize> Models<N> {
         let sides = none_missing(cases.map(|case| case.controller.law.model()))?;
         let (arms, zero) = (ArmsAbreast::of(sides)?, Abreast::all(0.0));
         let (mass, zeros) = (Matrix::<N, _>::repeat(zero), Vector::<N, _>::repeat(zero));
-        Some(Self { arms, q: zeros, dq: zeros, mass, bias: zeros })
+        let frames = [Frame::place(zero); N];
+        Some(Self { arms, q: zeros, dq: zeros, frames, mass, bias: zeros })
     }
 
     /// Finds them at q and q̇.
@@ -43,12 +46,12 @@ impl<const N: usize> Models<N> {
         let felt =
             |x: &Vector<N, Abreast>| x.map(|x| Abreast(x.0.map(|x| x.unless_tiny(TINY_SIGNAL))));
         (self.q, self.dq) = (felt(q), felt(dq));
-        let Self { arms, q, dq, mass, bias } = self;
+        let Self { arms, q, dq, frames, mass, bias } = self;
         match &arms.kind {
             Kind::TwoLinks(arms) if const { N == 2 } => {
-                arch.dispatch(Find { arms: &**arms, q, dq, mass, bias });
+                arch.dispatch(Find { arms: &**arms, q, dq, frames, mass, bias });
             }
-            Kind::Chains(arms) => arch.dispatch(Find { arms: &**arms, q, dq, mass, bias }),
+            Kind::Chains(arms) => arch.dispatch(Find { arms: &**arms, q, dq, frames, mass, bias }),
             // Arms of two links have two joints.
             Kind::TwoLinks(_) => {}
         }
@@ -72,6 +75,7 @@ struct Find<'a, const N: usize, K> {
     arms: &'a K,
     q: &'a Vector<N, Abreast>,
     dq: &'a Vector<N, Abreast>,
+    frames: &'a mut Frames<N, Abreast>,
     mass: &'a mut Matrix<N, Abreast>,
     bias: &'a mut Vector<N, Abreast>,
 }
@@ -81,16 +85,19 @@ impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { arms, q, dq, mass, bias } = self;
+        let Self { arms, q, dq, frames, mass, bias } = self;
+        let mut dynamics = nothing(simd);
         for part in 0..Register::<S>::PARTS {
-            let moves = arms.moves((simd, part), &q.load(simd, part), &dq.load(simd, part));
-            let (own_mass, own_bias) = arms.mass_matrix_and_bias((simd, part), &moves);
+            let motion = (&q.load(simd, part), &dq.load(simd, part));
+            let moves = arms.moves((simd, part), motion, frames);
+            arms.write_dynamics((simd, part), moves, &mut dynamics);
+            let (own_mass, own_bias) = &dynamics;
             for j in 0..N {
                 for i in 0..N {
                     own_mass[(i, j)].store(&mut mass[(i, j)], part);
                 }
             }
-            store(&own_bias, bias, part);
+            store(own_bias, bias, part);
         }
     }
 }
