@@ -8,7 +8,7 @@ use super::planar::{Planar, back, two};
 use super::serial::{Chain, Frames, Links, Part};
 use super::side::{Form, Side};
 use super::{Factor, JointFriction};
-use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector, none_missing};
+use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector, in_lanes, none_missing};
 
 /// Arms side by side, without stops and dry friction.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl<const N: usize> ArmsAbreast<N> {
     /// Writes f(q̇), if they have friction.
     pub fn resist(&self, arch: Arch, dq: &Vector<N, Abreast>, torque: &mut Vector<N, Abreast>) {
         if let Some(friction) = &self.friction {
-            arch.dispatch(Resist { friction, dq, torque });
+            in_lanes(arch, Resist { friction, dq, torque });
         }
     }
 }
@@ -162,7 +162,7 @@ pub(crate) trait Alike<const N: usize> {
         &self,
         at: (S, usize),
         moves: Self::Moves<'_, S>,
-        dynamics: &mut Dynamics<N, S>,
+        dynamics: Dynamics<'_, N, S>,
     );
 
     /// M⁻¹ `net`.
@@ -175,8 +175,9 @@ pub(crate) trait Alike<const N: usize> {
     ) -> Vector<N, Register<S>>;
 }
 
-/// M and C q̇ + G.
-pub(crate) type Dynamics<const N: usize, S> = (Matrix<N, Register<S>>, Vector<N, Register<S>>);
+/// Places for M and C q̇ + G.
+pub(crate) type Dynamics<'a, const N: usize, S> =
+    (&'a mut Matrix<N, Register<S>>, &'a mut Vector<N, Register<S>>);
 
 impl<const N: usize> Alike<N> for Planar<Abreast> {
     type Moves<'a, S: Simd> = Planes<Register<S>>;
@@ -197,9 +198,9 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
         &self,
         (simd, part): (S, usize),
         Planes { first, second, dq }: Self::Moves<'_, S>,
-        dynamics: &mut Dynamics<N, S>,
+        (mass, bias): Dynamics<'_, N, S>,
     ) {
-        *dynamics = self.load(simd, part).dynamics(first, second, &dq);
+        (*mass, *bias) = self.load(simd, part).dynamics(first, second, &dq);
     }
 
     #[inline(always)]
@@ -234,7 +235,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         &self,
         at: (S, usize),
         frames: Self::Moves<'_, S>,
-        (mass, bias): &mut Dynamics<N, S>,
+        (mass, bias): Dynamics<'_, N, S>,
     ) {
         let part = Part { chains: self, at };
         part.write_mass_matrix(frames, mass);

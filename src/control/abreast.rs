@@ -39,7 +39,7 @@ impl<const N: usize> LawsAbreast<N> {
     pub fn torque<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        dynamics: &(Matrix<N, Register<S>>, Vector<N, Register<S>>),
+        dynamics: (&Matrix<N, Register<S>>, &Vector<N, Register<S>>),
         seen: &Sample<N, Register<S>>,
         rho_hat: &Vector<N, Register<S>>,
     ) -> Demand<N, Register<S>> {

@@ -64,7 +64,7 @@ impl<const N: usize, A: Arm<N>, F: Feedback<N>> ComputedTorque<N, A, F> {
 /// (M₀ v + H₀) − M₀ ρ̂.
 #[inline(always)]
 pub(super) fn computed<const N: usize, T: Real>(
-    (mass, bias): &(Matrix<N, T>, Vector<N, T>),
+    (mass, bias): (&Matrix<N, T>, &Vector<N, T>),
     v: Vector<N, T>,
     rho_hat: &Vector<N, T>,
 ) -> Demand<N, T> {
@@ -89,11 +89,11 @@ impl<const N: usize, A: Arm<N>, F: Feedback<N>> Law<N> for ComputedTorque<N, A, 
     #[inline(always)]
     fn torque_by(
         &self,
-        dynamics: &(Matrix<N>, Vector<N>),
+        (mass, bias): &(Matrix<N>, Vector<N>),
         seen: &Sample<N>,
         rho_hat: &Vector<N>,
     ) -> Demand<N> {
-        computed(dynamics, self.gains.acceleration(seen), rho_hat)
+        computed((mass, bias), self.gains.acceleration(seen), rho_hat)
     }
 
     fn constant_gains(&self) -> Option<&Gains<N>> {

@@ -150,8 +150,8 @@ impl<const N: usize, const RULES: usize> Single<N, RULES> {
             }
             state.pending = Some(next);
         }
-        let dynamics = self.arm.mass_matrix_and_bias(q, dq);
-        let demand = computed(&dynamics, feedback(&self.kp, &self.kv, &seen), &rho_hat);
+        let (mass, bias) = self.arm.mass_matrix_and_bias(q, dq);
+        let demand = computed((&mass, &bias), feedback(&self.kp, &self.kv, &seen), &rho_hat);
         let mut asked = demand.model;
         for n in 0..N {
             asked[n] += demand.compensation[n];

@@ -1,5 +1,7 @@
 //! Numbers of eight runs side by side, in memory.
 
+use pulp::{Arch, WithSimd};
+
 use super::{LANES, Vector};
 
 /// A number of each of eight runs.
@@ -45,4 +47,25 @@ pub(crate) fn none_missing<T: Copy>(each: [Option<T>; LANES]) -> Option<[T; LANE
         *to = from?;
     }
     Some(all)
+}
+
+/// Whether runs go side by side on this instruction set. With one number in a register they would
+/// not go faster, and all of it would have to be compiled once more; tests do so.
+pub(crate) const fn has_lanes(arch: Arch) -> bool {
+    !matches!(arch, Arch::Scalar) || cfg!(any(test, not(target_arch = "x86_64")))
+}
+
+/// Does a task on numbers side by side, on an instruction set that [`has_lanes`].
+#[inline(always)]
+pub(crate) fn in_lanes(arch: Arch, task: impl WithSimd<Output = ()>) {
+    match arch {
+        #[cfg(target_arch = "x86_64")]
+        Arch::V4(simd) => pulp::Simd::vectorize(simd, task),
+        #[cfg(target_arch = "x86_64")]
+        Arch::V3(simd) => pulp::Simd::vectorize(simd, task),
+        #[cfg(any(test, not(target_arch = "x86_64")))]
+        _ => arch.dispatch(task),
+        #[cfg(not(any(test, not(target_arch = "x86_64"))))]
+        _ => {}
+    }
 }

@@ -16,8 +16,10 @@ mod sines;
 mod single;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::{Abreast, lane, none_missing, side_by_side};
-pub(crate) use exponential::{exponential, exponentials};
+pub(crate) use abreast::{Abreast, has_lanes, in_lanes, lane, none_missing, side_by_side};
+pub(crate) use exponential::exponential;
+#[cfg(feature = "std")]
+pub(crate) use exponential::exponentials;
 pub use real::Real;
 pub(crate) use real::product;
 #[cfg(feature = "std")]

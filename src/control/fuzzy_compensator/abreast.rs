@@ -14,7 +14,7 @@ use crate::fuzzy::lanes::FLUSH_EVERY;
 use crate::fuzzy::{MOST_SPACED, Spaced};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, TINY_ESTIMATE, TINY_KERNEL, TINY_TERM, TINY_WEIGHT,
-    Vector, store,
+    Vector, in_lanes, store,
 };
 
 /// Inputs of a joint.
@@ -103,7 +103,7 @@ impl<const N: usize> PerJoint<N> {
         seen: &Sample<N, Abreast>,
         lost: &mut Abreast,
     ) {
-        arch.dispatch(Estimate { it: self, stage, seen, lost });
+        in_lanes(arch, Estimate { it: self, stage, seen, lost });
     }
 
     /// Holds the weights of the runs whose torque was limited.
@@ -115,14 +115,14 @@ impl<const N: usize> PerJoint<N> {
         asked: &Vector<N, Abreast>,
         applied: &Vector<N, Abreast>,
     ) {
-        arch.dispatch(Acted { drive: &mut self.stages[index].drive, asked, applied });
+        in_lanes(arch, Acted { drive: &mut self.stages[index].drive, asked, applied });
     }
 
     /// Moves the weights to the end of a step.
     #[inline(never)]
     pub fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
         self.advances += 1;
-        arch.dispatch(Advance { it: self, end });
+        in_lanes(arch, Advance { it: self, end });
     }
 }
 

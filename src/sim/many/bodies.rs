@@ -10,7 +10,7 @@ use super::case::Case;
 use crate::arm::{Arm, ArmsAbreast, Frame, Frames};
 use crate::control::{Controller, Law, LawsAbreast, Limits, Sample};
 use crate::math::{
-    Abreast, LANES, Load, Real, Register, Vector, none_missing, side_by_side, store,
+    Abreast, LANES, Load, Real, Register, Vector, in_lanes, none_missing, side_by_side, store,
 };
 use crate::plant::Disturbance;
 use crate::reference::Setpoint;
@@ -154,7 +154,7 @@ impl<const N: usize> Bodies<N> {
     /// Goes to stage i of a step of `h` \[s\].
     #[inline(never)]
     pub fn go(&mut self, i: usize, h: f64, desired: &Setpoint<N, Abreast>) {
-        self.arch.dispatch(Go { bodies: self, i, h, desired });
+        in_lanes(self.arch, Go { bodies: self, i, h, desired });
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
@@ -162,13 +162,13 @@ impl<const N: usize> Bodies<N> {
     #[inline(never)]
     pub fn note(&mut self, t: f64, counts: bool) {
         let row = if counts { self.figures.row(t) } else { None };
-        self.arch.dispatch(Note { bodies: self, row });
+        in_lanes(self.arch, Note { bodies: self, row });
     }
 
     /// Ends a step of `h` \[s\].
     #[inline(never)]
     pub fn end(&mut self, h: f64) {
-        self.arch.dispatch(End { bodies: self, h });
+        in_lanes(self.arch, End { bodies: self, h });
     }
 }
 

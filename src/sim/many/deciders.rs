@@ -12,7 +12,9 @@ use crate::arm::Arm;
 use crate::control::{
     Compensator, Controller, EstimatorsAbreast, FARTHEST, Front, Law, Sample, Stage, State,
 };
-use crate::math::{Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, lane, none_missing};
+use crate::math::{
+    Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, in_lanes, lane, none_missing,
+};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 use crate::sim::sampled::Sampled;
@@ -89,7 +91,7 @@ impl<const N: usize> Together<N> {
             self.end(bodies, period);
         }
         let Bodies { arch, now, lost, .. } = bodies;
-        arch.dispatch(Feel { seen: &now.seen, lost });
+        in_lanes(*arch, Feel { seen: &now.seen, lost });
         self.compensators.estimate(*arch, &Stage::NOW, &now.seen, lost)
     }
 

@@ -9,7 +9,7 @@ use pulp::{Simd, WithSimd};
 use super::bodies::{Bodies, Drivers, Now};
 use crate::arm::{Alike, Dynamics, Factor, Frames, Frictions, Kind};
 use crate::control::Sample;
-use crate::math::{Abreast, Load, Matrix, Register, Vector, column, columns, store};
+use crate::math::{Abreast, Load, Matrix, Register, Vector, column, columns, in_lanes, store};
 use crate::sim::held::in_one_part;
 use crate::sim::stiff::none_beyond_rk4;
 
@@ -35,22 +35,16 @@ impl<const N: usize> Bodies<N> {
         let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
         match (&plants.kind, &arms.kind) {
             (Kind::TwoLinks(plants), Kind::TwoLinks(models)) if const { N == 2 } => {
-                arch.dispatch(Act {
-                    drivers,
-                    arms: (&**plants, &**models),
-                    frames,
-                    rho_hat,
-                    moved,
-                });
+                in_lanes(
+                    *arch,
+                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, moved },
+                );
             }
             (Kind::Chains(plants), Kind::Chains(models)) => {
-                arch.dispatch(Act {
-                    drivers,
-                    arms: (&**plants, &**models),
-                    frames,
-                    rho_hat,
-                    moved,
-                });
+                in_lanes(
+                    *arch,
+                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, moved },
+                );
             }
             // Arms of two kinds do not go side by side.
             _ => {}
@@ -65,20 +59,13 @@ impl<const N: usize> Bodies<N> {
         let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
         match &plants.kind {
             Kind::TwoLinks(plants) if const { N == 2 } => {
-                arch.dispatch(Fly { plants: &**plants, frames, moved });
+                in_lanes(*arch, Fly { plants: &**plants, frames, moved });
             }
-            Kind::Chains(plants) => arch.dispatch(Fly { plants: &**plants, frames, moved }),
+            Kind::Chains(plants) => in_lanes(*arch, Fly { plants: &**plants, frames, moved }),
             // Arms of two links have two joints.
             Kind::TwoLinks(_) => {}
         }
     }
-}
-
-/// A place for M and C q̇ + G.
-#[inline(always)]
-pub(super) fn nothing<const N: usize, S: Simd>(simd: S) -> Dynamics<N, S> {
-    let zero = Abreast::all(0.0).load(simd, 0);
-    (columns([[zero; N]; N]), column([zero; N]))
 }
 
 /// Plants that are moved, against this friction of theirs; and what is lost.
@@ -104,7 +91,8 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { drivers, arms: (plants, models), frames, rho_hat, mut moved } = self;
-        let mut dynamics = nothing(simd);
+        let zero = Abreast::all(0.0).load(simd, 0);
+        let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
         let Drivers { laws, alike, one_friction, limits: [controllers, actuators] } = drivers;
         for part in 0..Register::<S>::PARTS {
             let (at, now) = ((simd, part), &mut *moved.now);
@@ -112,15 +100,15 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             let [own, believed] = &mut *frames;
             let moves = plants.moves(at, (&q, &dq), own);
             let known = if *alike { moves } else { models.moves(at, (&q, &dq), believed) };
-            models.write_dynamics(at, known, &mut dynamics);
+            models.write_dynamics(at, known, (&mut mass, &mut bias));
             if laws.arms().friction.is_some() {
                 let believed = if *one_friction { &now.resisted } else { &now.believed };
                 for n in 0..N {
-                    dynamics.1[n] += believed[n].load(simd, part);
+                    bias[n] += believed[n].load(simd, part);
                 }
             }
             let (seen, rho_hat) = (now.seen.load(simd, part), rho_hat.load(simd, part));
-            let demand = laws.torque(at, &dynamics, &seen, &rho_hat);
+            let demand = laws.torque(at, (&mass, &bias), &seen, &rho_hat);
             let mut asked = demand.model;
             for n in 0..N {
                 asked[n] += demand.compensation[n];
@@ -131,7 +119,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             store(&applied, &mut now.applied, part);
             store(&demand.v, &mut now.v, part);
             store(&rho_hat, &mut now.rho_hat, part);
-            moved.accelerate(at, plants, moves, &mut dynamics);
+            moved.accelerate(at, plants, moves, (&mut mass, &mut bias));
         }
     }
 }
@@ -148,12 +136,13 @@ impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { plants, frames, mut moved } = self;
-        let mut dynamics = nothing(simd);
+        let zero = Abreast::all(0.0).load(simd, 0);
+        let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
         for part in 0..Register::<S>::PARTS {
             let Sample { q, dq, .. } = &moved.now.seen;
             let motion = (&q.load(simd, part), &dq.load(simd, part));
             let moves = plants.moves((simd, part), motion, frames);
-            moved.accelerate((simd, part), plants, moves, &mut dynamics);
+            moved.accelerate((simd, part), plants, moves, (&mut mass, &mut bias));
         }
     }
 }
@@ -167,11 +156,10 @@ impl<const N: usize> Moved<'_, N> {
         (simd, part): (S, usize),
         plants: &K,
         moves: K::Moves<'_, S>,
-        dynamics: &mut Dynamics<N, S>,
+        (mass, bias): Dynamics<'_, N, S>,
     ) {
         let Self { friction, now, lost, push: Push { i, h, tau_d, held } } = self;
-        plants.write_dynamics((simd, part), moves, dynamics);
-        let (mass, bias) = &*dynamics;
+        plants.write_dynamics((simd, part), moves, (&mut *mass, &mut *bias));
         let mut net = now.applied.load(simd, part);
         for n in 0..N {
             net[n] -= tau_d[n].load(simd, part);

@@ -43,7 +43,7 @@ use super::simulate::simulate;
 use crate::arm::{Arm, MAX_ABREAST};
 use crate::control::{Compensator, Controller, Front, Law};
 use crate::error::Result;
-use crate::math::LANES;
+use crate::math::{LANES, has_lanes};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 
@@ -147,7 +147,7 @@ where
     S: Clone,
 {
     let nothing = [const { None }; LANES];
-    if const { N > MAX_ABREAST } {
+    if const { N > MAX_ABREAST } || !has_lanes(arch) {
         return nothing;
     }
     let (Some(cases), Some((course, window))) = (batch.first_chunk(), course(options, stop)) else {

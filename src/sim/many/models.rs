@@ -4,11 +4,11 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
-use super::forces::nothing;
 use crate::arm::{Alike, ArmsAbreast, Frame, Frames, Kind};
 use crate::control::{Front, Law};
 use crate::math::{
-    Abreast, LANES, Load, Matrix, Real, Register, TINY_SIGNAL, Vector, lane, none_missing, store,
+    Abreast, LANES, Load, Matrix, Real, Register, TINY_SIGNAL, Vector, column, columns, in_lanes,
+    lane, none_missing, store,
 };
 
 /// What eight laws believe of their arms, and M₀ and H₀ of the latest sample.
@@ -49,9 +49,9 @@ impl<const N: usize> Models<N> {
         let Self { arms, q, dq, frames, mass, bias } = self;
         match &arms.kind {
             Kind::TwoLinks(arms) if const { N == 2 } => {
-                arch.dispatch(Find { arms: &**arms, q, dq, frames, mass, bias });
+                in_lanes(arch, Find { arms: &**arms, q, dq, frames, mass, bias });
             }
-            Kind::Chains(arms) => arch.dispatch(Find { arms: &**arms, q, dq, frames, mass, bias }),
+            Kind::Chains(arms) => in_lanes(arch, Find { arms: &**arms, q, dq, frames, mass, bias }),
             // Arms of two links have two joints.
             Kind::TwoLinks(_) => {}
         }
@@ -86,18 +86,18 @@ impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Self { arms, q, dq, frames, mass, bias } = self;
-        let mut dynamics = nothing(simd);
+        let zero = Abreast::all(0.0).load(simd, 0);
+        let (mut own_mass, mut own_bias) = (columns([[zero; N]; N]), column([zero; N]));
         for part in 0..Register::<S>::PARTS {
             let motion = (&q.load(simd, part), &dq.load(simd, part));
             let moves = arms.moves((simd, part), motion, frames);
-            arms.write_dynamics((simd, part), moves, &mut dynamics);
-            let (own_mass, own_bias) = &dynamics;
+            arms.write_dynamics((simd, part), moves, (&mut own_mass, &mut own_bias));
             for j in 0..N {
                 for i in 0..N {
                     own_mass[(i, j)].store(&mut mass[(i, j)], part);
                 }
             }
-            store(own_bias, bias, part);
+            store(&own_bias, bias, part);
         }
     }
 }
