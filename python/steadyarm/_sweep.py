@@ -106,8 +106,10 @@ def _values(text: str) -> tuple[str, Any]:
     """An input and its values, as in payload=0:3:50 or controller=pid,robust."""
     name, equals, said = text.partition("=")
     found = re.fullmatch(r"([^:,]+):([^:,]+):(\d+)", said)
+    if found is not None and int(found[3]) == 0:
+        raise argparse.ArgumentTypeError(f"got {text!r}, wants at least one value, as in 0:3:1")
     try:
-        if found is not None and int(found[3]) > 0:
+        if found is not None:
             return name, np.linspace(float(found[1]), float(found[2]), int(found[3]))
     except ValueError:
         found = None

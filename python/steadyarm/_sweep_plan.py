@@ -25,6 +25,9 @@ from .bench import seeds_of
 MOST = 10**9
 """Rows of a sweep at the most: a byte of memory each says which are there."""
 
+LARGEST_EXACT = 2**53
+"""Whole numbers up to this are floats, too."""
+
 SHOWN = 4
 """Values of an input that a message lists."""
 
@@ -59,12 +62,16 @@ class LatinHypercube:
     """Of the drawing; the same points come of the same seed."""
 
     def __post_init__(self) -> None:
-        if isinstance(self.points, bool) or not isinstance(self.points, int) or self.points < 1:
+        counted = isinstance(self.points, int | np.integer) and not isinstance(self.points, bool)
+        if not counted or self.points < 1:
             raise ValueError(f"points: got {self.points!r:.80}, wants a whole number >= 1")
         if not isinstance(self.ranges, Mapping) or not self.ranges:
             raise ValueError(f"ranges: got {self.ranges!r:.80}, wants (from, to) by name")
         for name, ends in self.ranges.items():
-            pair = np.ravel(np.asarray(ends, dtype=float))
+            try:
+                pair = np.ravel(np.asarray(ends, dtype=float))
+            except (ValueError, TypeError):
+                pair = np.empty(0)
             if len(pair) != 2 or not np.isfinite(pair).all() or not pair[0] < pair[1]:
                 raise ValueError(f"ranges[{name!r}]: got {ends!r:.80}, wants (from, to), from < to")
 
@@ -190,6 +197,11 @@ def _values(name: str, given: Any) -> Values:
         if len(kinds) > 1 and kinds & {str, bool, np.bool_}:
             names = " and ".join(sorted(kind.__name__ for kind in kinds))
             raise TypeError(f"{where}: got {names}, wants values of one kind")
+        whole = (it for it in values if isinstance(it, int | np.integer))
+        if len(kinds) > 1 and any(abs(int(it)) > LARGEST_EXACT for it in whole):
+            raise ValueError(
+                f"{where}: got a whole number beyond 2^53 beside others, wants one kind"
+            )
     try:
         array = np.asarray(values)
     except ValueError as error:

@@ -104,7 +104,8 @@ def _begin(source: Source, point: Row, row: Row, together: Together) -> None:
             row |= _figures(made, point)
     except Refused as error:
         row |= ended("refused", str(error))
-    except Exception as error:  # of the user's function: it loses its own row alone
+    # Of the user's function: it loses its own row alone, also where it wants to leave.
+    except (Exception, SystemExit) as error:
         row |= ended("raised", _words(error))
 
 

@@ -310,6 +310,8 @@ def seeds_of(seeds: int | Iterable[int]) -> list[int]:
     possible = all(0 <= seed < 2**64 for seed in found)
     if isinstance(seeds, bool) or not found or not possible:
         raise refused
+    if len(set(found)) < len(found):
+        raise ValueError(f"seeds: got {seeds!r:.80}, wants each once: one seed gives one run")
     return found
 
 

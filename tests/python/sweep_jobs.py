@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 import time
 from typing import Any
 
@@ -91,3 +92,10 @@ def windowed(begin: float) -> dict[str, Any]:
 def misnamed(rms_e_1: float) -> dict[str, Any]:
     """A run that has a figure of the name of its input."""
     return windowed(0.0)
+
+
+def leaving(row: int) -> dict[str, Any]:
+    """A row, but for the second, which wants to leave."""
+    if row == 1:
+        sys.exit(3)
+    return {"row_again": row}

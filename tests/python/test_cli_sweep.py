@@ -93,6 +93,7 @@ def test_it_refuses_in_one_line(file: str, tmp_path: Path, capsys: Out) -> None:
         (["sweep", file, "--over", "noise"], "wants name=0:3:50 or name=a,b,c"),
         (["sweep", file, "--over", "noise=0:1"], "wants name=0:3:50 or name=a,b,c"),
         (["sweep", file, "--over", "noise=0:x:3"], "wants name=0:3:50 or name=a,b,c"),
+        (["sweep", file, "--over", "noise=0:3:0"], "wants at least one value, as in 0:3:1"),
         (["sweep", file, *over, *over], "--over: got an input twice"),
         (["sweep", file, "--over", "noize=0"], "over['noize']: wants"),
         (["sweep", file, *over], "out: results has another sweep; rows: there 1, here 2"),

@@ -67,7 +67,9 @@ def test_a_list_has_its_points_in_its_order() -> None:
         ({"a": [[1, 2]]}, None, "wants numbers or words"),
         ([{"a": 1}, {"b": 1}], None, "over[1]: got b, wants a as the first"),
         ([], None, "wants lists of values by name"),
+        ({"a": [2**53 + 1, 0.5]}, None, "beyond 2^53 beside others"),
         ({"a": [1]}, 0, "seeds"),
+        ({"a": [1]}, [4, 4], "seeds: got [4, 4], wants each once"),
         ({"a": np.arange(10**5), "b": np.arange(10**5)}, None, "at most 1000000000"),
     ],
 )
@@ -75,6 +77,34 @@ def test_plans_that_make_no_sense_are_refused(over: Any, seeds: Any, words: str)
     with pytest.raises((ValueError, TypeError)) as refused:
         plan_of(over, seeds)
     assert words in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("points", "ends", "words"),
+    [
+        (0, (0.0, 1.0), "points: got 0"),
+        (True, (0.0, 1.0), "points: got True"),
+        (4, ("low", "high"), "ranges['a']: got ('low', 'high'), wants (from, to)"),
+        (4, (1.0, 1.0), "from < to"),
+    ],
+)
+def test_a_hypercube_that_is_none_is_refused(points: Any, ends: Any, words: str) -> None:
+    with pytest.raises(ValueError) as refused:
+        sa.LatinHypercube(points, {"a": ends})
+    assert words in str(refused.value)
+    assert plan_of(sa.LatinHypercube(np.int64(4), {"a": (0.0, 1.0)}), None).rows == 4
+
+
+def test_a_function_that_wants_to_leave_loses_its_row_alone(tmp_path: Path) -> None:
+    found = sa.sweep(jobs.leaving, {"row": range(3)}, out=tmp_path).table()
+    assert found["status"].tolist() == ["finished", "raised", "finished"]
+    assert found["reason"][1] == "SystemExit: 3"
+
+
+def test_another_function_without_a_name_is_another_sweep(tmp_path: Path) -> None:
+    sa.sweep(lambda a: {"b": a + 1}, {"a": [1]}, out=tmp_path)
+    with pytest.raises(ValueError, match="function"):
+        sa.sweep(lambda a: {"b": a + 2}, {"a": [1]}, out=tmp_path)
 
 
 def test_a_row_is_what_the_function_returns_and_what_raises_loses_its_row_alone(
