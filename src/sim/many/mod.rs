@@ -22,11 +22,13 @@ mod surroundings;
 #[cfg(test)]
 mod tests;
 
+use core::convert::Infallible;
 use core::ops::ControlFlow;
 use core::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::panic::resume_unwind;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::scope;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use pulp::Arch;
 
@@ -70,44 +72,47 @@ where
     S: Clone + Sync,
 {
     let mut ended: Vec<_> = cases.iter().map(|_| None).collect();
-    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let (send, receive) = channel();
+    let (next, count, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    // Nothing is sent on it: it ends with the last of the threads that hold it.
+    let (working, all_of_them) = channel::<Infallible>();
     scope(|threads_of| {
-        for _ in 0..threads.clamp(1, cases.len().div_ceil(LANES).max(1)) {
-            let (send, next, stop) = (send.clone(), &next, &stop);
-            threads_of.spawn(move || work(cases, options, next, stop, &send));
-        }
-        drop(send);
-        let (mut count, mut watched) = (0, Instant::now());
-        loop {
-            // Runs that end one after the other must not put off the watch.
-            match receive.recv_timeout(WATCH_EVERY.saturating_sub(watched.elapsed())) {
-                Ok((index, run)) => {
-                    ended[index] = Some(run);
-                    count += 1;
-                }
-                Err(RecvTimeoutError::Disconnected) => break,
-                Err(RecvTimeoutError::Timeout) => {}
+        let number = threads.clamp(1, cases.len().div_ceil(LANES).max(1));
+        let workers: Vec<_> = (0..number)
+            .map(|_| {
+                let (working, next, count, stop) = (working.clone(), &next, &count, &stop);
+                threads_of.spawn(move || {
+                    let _working = working;
+                    work(cases, options, (next, count), stop)
+                })
+            })
+            .collect();
+        drop(working);
+        // This thread sleeps but for the watch: the others have all of the cores.
+        while all_of_them.recv_timeout(WATCH_EVERY) == Err(RecvTimeoutError::Timeout) {
+            if watch(count.load(Ordering::Relaxed)).is_break() {
+                stop.store(true, Ordering::Relaxed);
             }
-            if watched.elapsed() >= WATCH_EVERY {
-                watched = Instant::now();
-                if watch(count).is_break() {
-                    stop.store(true, Ordering::Relaxed);
-                }
+        }
+        for worker in workers {
+            for (index, run) in worker.join().unwrap_or_else(|panic| resume_unwind(panic)) {
+                ended[index] = Some(run);
             }
         }
     });
     ended
 }
 
+/// A run, by the place of its case.
+type Ended<const N: usize> = (usize, Result<Run<N>>);
+
 /// What a thread does: batch after batch, until there are none.
 fn work<const N: usize, A, D, L, C, R, S>(
     cases: &[Case<'_, N, A, D, L, C, R, S>],
     options: &Options<N>,
-    next: &AtomicUsize,
+    (next, count): (&AtomicUsize, &AtomicUsize),
     stop: &AtomicBool,
-    send: &Sender<(usize, Result<Run<N>>)>,
-) where
+) -> Vec<Ended<N>>
+where
     A: Arm<N>,
     D: Disturbance<N>,
     L: Law<N>,
@@ -115,20 +120,21 @@ fn work<const N: usize, A, D, L, C, R, S>(
     R: Reference<N>,
     S: Clone,
 {
+    let mut ended = vec![];
     while !stop.load(Ordering::Relaxed) {
         let first = next.fetch_add(LANES, Ordering::Relaxed);
-        let Some(rest) = cases.get(first..).filter(|rest| !rest.is_empty()) else { return };
+        let Some(rest) = cases.get(first..).filter(|rest| !rest.is_empty()) else { break };
         let batch = &rest[..rest.len().min(LANES)];
         let together = abreast(batch, options, stop, Arch::new());
         for ((index, case), run) in (first..).zip(batch).zip(together) {
             if stop.load(Ordering::Relaxed) {
-                return;
+                break;
             }
-            let run = run.map_or_else(|| alone(case, options, stop), Ok);
-            // Nobody listens any more where the caller panicked.
-            _ = send.send((index, run));
+            ended.push((index, run.map_or_else(|| alone(case, options, stop), Ok)));
+            count.fetch_add(1, Ordering::Relaxed);
         }
     }
+    ended
 }
 
 /// The runs of a batch that were made side by side.
