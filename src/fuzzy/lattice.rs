@@ -276,7 +276,7 @@ impl<X: Copy> Spaced<X> {
             (-(offset * offset * x.all(half_precision))).series_exp()
         };
         for set in 0..sets {
-            out[set] = (out[set] * scale).unless_tiny(TINY_MEMBERSHIP);
+            out[set] = (out[set] * scale).positive_unless_tiny(TINY_MEMBERSHIP);
         }
         out
     }

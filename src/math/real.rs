@@ -86,6 +86,12 @@ pub trait Real:
         self.abs().if_less(self.like(least), self.like(0.0), self)
     }
 
+    /// The same for a number that is neither negative nor NaN: a sign less to look at.
+    #[inline(always)]
+    fn positive_unless_tiny(self, least: f64) -> Self {
+        self.like(least.next_down()).if_less(self, self, self.like(0.0))
+    }
+
     /// `other` where it is larger, and `self` elsewhere: NaN is never larger.
     #[inline(always)]
     fn or_larger(self, other: Self) -> Self {

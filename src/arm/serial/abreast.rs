@@ -50,15 +50,19 @@ impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
     }
 
     #[inline(always)]
-    fn keep(&self, frame: &Frame<Register<S>>, place: &mut Frame<Abreast>) {
+    fn keep_turn(&self, turn: &Turn<Register<S>>, place: &mut Frame<Abreast>) {
         let (Turn { ca, sa, c, s, p }, part) = (&mut place.turn, self.at.1);
-        frame.turn.ca.store(ca, part);
-        frame.turn.sa.store(sa, part);
-        frame.turn.c.store(c, part);
-        frame.turn.s.store(s, part);
-        frame.turn.p.store(p, part);
-        frame.a.store(&mut place.a, part);
-        frame.s.store(&mut place.s, part);
+        turn.ca.store(ca, part);
+        turn.sa.store(sa, part);
+        turn.c.store(c, part);
+        turn.s.store(s, part);
+        turn.p.store(p, part);
+    }
+
+    #[inline(always)]
+    fn keep_motion(&self, a: V3<Register<S>>, s: &Spread<Register<S>>, place: &mut Frame<Abreast>) {
+        a.store(&mut place.a, self.at.1);
+        s.store(&mut place.s, self.at.1);
     }
 
     #[inline(always)]

@@ -19,7 +19,7 @@ use crate::math::{Matrix, Real, Vector};
 
 /// S: the acceleration of the link's points is a + S r.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Spread<T = f64> {
+pub(crate) struct Spread<T = f64> {
     pub xx: T,
     pub xy: T,
     pub xz: T,

@@ -39,8 +39,11 @@ pub(crate) trait Links<const N: usize, T: Real> {
     /// Gravity in the prepared base's axes [m/s²].
     fn gravity(&self) -> V3<T>;
 
-    /// Puts a frame in its place.
-    fn keep(&self, frame: &Frame<T>, place: &mut Frame<Self::Kept>);
+    /// Puts what turns a frame in its place.
+    fn keep_turn(&self, turn: &Turn<T>, place: &mut Frame<Self::Kept>);
+
+    /// Puts what accelerates its points in its place.
+    fn keep_motion(&self, a: V3<T>, s: &Spread<T>, place: &mut Frame<Self::Kept>);
 
     /// The frame that was put there.
     fn kept(&self, place: &Frame<Self::Kept>) -> Frame<T>;
@@ -51,11 +54,14 @@ pub(crate) trait Links<const N: usize, T: Real> {
         let gravity = self.gravity();
         let zero = V3::zero_like(gravity.x);
         let mut moving = Moving::base(zero - gravity);
+        // Turns do not wait for each other, motions do.
         for i in 0..N {
-            let joint = self.joint(i);
-            let turn = joint.turn(q[i]);
-            moving = moving.outward(&turn, joint.revolute, dq[i], zero.x);
-            self.keep(&Frame { turn, a: moving.a, s: moving.s }, &mut frames[i]);
+            self.keep_turn(&self.joint(i).turn(q[i]), &mut frames[i]);
+        }
+        for i in 0..N {
+            let Frame { turn, .. } = self.kept(&frames[i]);
+            moving = moving.outward(&turn, self.joint(i).revolute, dq[i], zero.x);
+            self.keep_motion(moving.a, &moving.s, &mut frames[i]);
         }
     }
 
@@ -116,8 +122,13 @@ impl<const N: usize> Links<N, f32> for Chain<N, f32> {
     }
 
     #[inline(always)]
-    fn keep(&self, frame: &Frame<f32>, place: &mut Frame<f32>) {
-        *place = *frame;
+    fn keep_turn(&self, turn: &Turn<f32>, place: &mut Frame<f32>) {
+        place.turn = *turn;
+    }
+
+    #[inline(always)]
+    fn keep_motion(&self, a: V3<f32>, s: &Spread<f32>, place: &mut Frame<f32>) {
+        (place.a, place.s) = (a, *s);
     }
 
     #[inline(always)]

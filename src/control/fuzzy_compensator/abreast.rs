@@ -189,8 +189,9 @@ impl<const N: usize> Estimate<'_, N> {
             for four in fours {
                 *four = Real::series_exps(*four);
             }
-            for one in rest {
-                *one = one.series_exp();
+            // Of an odd number of joints.
+            if let [first, second] = rest {
+                [*first, *second] = Real::series_exps([*first, *second]);
             }
             for n in 0..N {
                 let ([first, second], [rows, columns]) = (&it.sets[n], lengths);
@@ -272,8 +273,8 @@ fn correlate<S: Simd, const L: usize>(
     [past_first, past_second]: &[[Abreast; MOST_SPACED]; INPUTS],
     [rows, columns]: [usize; INPUTS],
 ) -> Register<S> {
-    let product = inner(at, first, past_first, rows).unless_tiny(TINY_KERNEL);
-    (product * inner(at, second, past_second, columns)).unless_tiny(TINY_KERNEL)
+    let product = inner(at, first, past_first, rows).positive_unless_tiny(TINY_KERNEL);
+    (product * inner(at, second, past_second, columns)).positive_unless_tiny(TINY_KERNEL)
 }
 
 #[inline(always)]

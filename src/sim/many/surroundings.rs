@@ -4,7 +4,7 @@ use super::case::Case;
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::math::{Abreast, LANES, Vector, lane};
-use crate::plant::Disturbance;
+use crate::plant::{Disturbance, Plant};
 use crate::reference::{Reference, Setpoint};
 
 /// The references and disturbances of eight runs, and what they say at the latest time asked for.
@@ -50,11 +50,17 @@ where
             return;
         }
         self.desired_at = t;
-        let mut latest = None;
+        if self.one_reference {
+            let Setpoint { q, dq, ddq } = self.cases[0].reference.at(t);
+            for n in 0..N {
+                self.desired.q[n] = Abreast::all(q[n]);
+                self.desired.dq[n] = Abreast::all(dq[n]);
+                self.desired.ddq[n] = Abreast::all(ddq[n]);
+            }
+            return;
+        }
         for (i, case) in self.cases.iter().enumerate() {
-            let asked = latest.filter(|_| self.one_reference);
-            let Setpoint { q, dq, ddq } = asked.unwrap_or_else(|| case.reference.at(t));
-            latest = Some(Setpoint { q, dq, ddq });
+            let Setpoint { q, dq, ddq } = case.reference.at(t);
             for n in 0..N {
                 self.desired.q[n].0[i] = q[n];
                 self.desired.dq[n].0[i] = dq[n];
@@ -68,14 +74,22 @@ where
         if t == self.pushed_at && self.timely {
             return;
         }
-        (self.pushed_at, self.timely) = (t, true);
-        let mut latest = None;
+        self.pushed_at = t;
+        if self.one_disturbance
+            && let Some(tau_d) = self.cases[0].plant.disturbance.at_time(t)
+        {
+            self.timely = true;
+            for n in 0..N {
+                self.tau_d[n] = Abreast::all(tau_d[n]);
+            }
+            return;
+        }
+        self.timely = !self.one_disturbance;
         for (i, case) in self.cases.iter().enumerate() {
-            let known = latest.filter(|_| self.one_disturbance);
-            let known = known.or_else(|| case.plant.disturbance.at_time(t));
-            latest = known;
+            let Plant { disturbance, .. } = case.plant;
+            let known = if self.one_disturbance { None } else { disturbance.at_time(t) };
             self.timely &= known.is_some();
-            let push = |q, dq| case.plant.disturbance.torque(&q, &dq, t);
+            let push = |q, dq| disturbance.torque(&q, &dq, t);
             let tau_d = known.unwrap_or_else(|| push(lane(q, i), lane(dq, i)));
             for n in 0..N {
                 self.tau_d[n].0[i] = tau_d[n];
