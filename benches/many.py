@@ -4,7 +4,8 @@ Usage: python benches/many.py [--rounds N] [--quick] [--full]
 
 Runs of 2 s by RK4 of 1 ms with the controller in continuous time: the paper's arm with 25 rules a
 joint or 625 in a grid, masses and start other in each run; and a Panda with 25 rules a joint and a
-payload of its own in each. `sa.simulate_many` runs them in one thread, in turn with `sa.simulate`
+payload of its own in each, also sampled at 1 kHz, and there with the recommended controller, which
+sees encoders and a delay. `sa.simulate_many` runs them in one thread, in turn with `sa.simulate`
 and `Run.metrics` one at a time, and, those of the paper with 25 rules a joint, with the peers
 (``peers/many_*.py``): Numba with a loop over plants, JAX with the fastest of three batches, each in
 one thread and compiled before. Ours returns seven figures a run, the peers one, the RMS error.
@@ -22,7 +23,7 @@ import os
 import sys
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 
@@ -60,18 +61,20 @@ class Loop:
     reference: sa.Sines
     plants: list[sa.Plant]
     q0: np.ndarray
+    options: dict = field(default_factory=dict)
 
     def alone(self, count):
         """Return the RMS errors of so many runs, one at a time."""
         loop = self.tracker, self.reference, DURATION, STEP
         pairs = zip(self.plants[:count], self.q0[:count], strict=True)
-        return np.array([sa.simulate(plant, *loop, q0=q0).metrics().rms_e for plant, q0 in pairs])
+        runs = (sa.simulate(plant, *loop, q0=q0, **self.options) for plant, q0 in pairs)
+        return np.array([run.metrics().rms_e for run in runs])
 
     def many(self, count, threads=1):
         """Return the RMS errors of so many runs at a time."""
         loop = self.plants[:count], self.tracker, self.reference, DURATION, STEP
-        runs = sa.simulate_many(*loop, q0=self.q0[:count], threads=threads, progress=False)
-        return runs.rms_e
+        options = {"threads": threads, "progress": False, **self.options}
+        return sa.simulate_many(*loop, q0=self.q0[:count], **options).rms_e
 
 
 def two_link(form, count):
@@ -94,6 +97,21 @@ def panda(count):
     tracker = sa.ComputedTorque(arm, 100.0, 20.0, compensator=fuzzy)
     made = [sa.Plant(arm.with_payload(load)) for load in np.linspace(0.0, LOAD, count)]
     return Loop(tracker, path, made, np.tile(rest, (count, 1)))
+
+
+def sampled(loop):
+    """Return the same loop with a controller that is called at 1 kHz."""
+    return replace(loop, options={"control_period": STEP})
+
+
+def recommended(loop):
+    """Return the sampled loop with the recommended controller, encoders and a delay."""
+    arm = loop.tracker.arm.with_armature(0.1)
+    machine = sa.Effects(encoder_bits=16, velocity="difference", delay=1)
+    made = [sa.Plant(arm.with_payload(load)) for load in np.linspace(0.0, LOAD, len(loop.plants))]
+    tracker = sa.recommended(arm, payload=LOAD, path=loop.reference, duration=DURATION)
+    options = {"control_period": STEP, "effects": machine}
+    return replace(loop, tracker=tracker, plants=made, options=options)
 
 
 def check(loops):
@@ -133,7 +151,7 @@ def contests(loops, quick):
     def against(figure, wanted, ours, theirs, of=("cpu", "clock")):
         return Paired(figure, wanted, of), ours, theirs
 
-    two, grid, panda = loops.values()
+    two, grid, panda, held, best = loops.values()
     rules = "two-link, 25 rules a joint"
     many = runs(two.many, RUNS)
     numba = CHECKED if quick else RUNS
@@ -142,10 +160,14 @@ def contests(loops, quick):
     single = "one at a time"
     grids = runs(grid.many, 128), runs(grid.alone, 64)
     pandas = runs(panda.many, 128), runs(panda.alone, 16)
+    helds = runs(held.many, 128), runs(held.alone, 16)
+    bests = runs(best.many, 128), runs(best.alone, 16)
     found = [
         against(f"{rules}: {single}", 8, many, runs(two.alone, 64)),
         against(f"two-link, 625 rules: {single}", 1.8, *grids),
         against(f"Panda, 25 rules a joint: {single}", 7, *pandas),
+        against(f"Panda, 25 rules a joint at 1 kHz: {single}", None, *helds),
+        against(f"Panda, recommended, encoders, delay: {single}", None, *bests),
         against(f"{rules}: Numba, prange", 10, many, (many_numba.prepare(numba), numba)),
         against(f"{rules}: JAX, vmap", 10, many, jax),
     ]
@@ -173,7 +195,9 @@ def main():
     parser.add_argument("--full", action="store_true", help="100 000 runs too")
     options = parser.parse_args()
     warnings.simplefilter("ignore", sa.DesignWarning)
-    loops = {form: two_link(form, RUNS) for form in ("per_joint", "grid")} | {"panda": panda(128)}
+    loops = {form: two_link(form, RUNS) for form in ("per_joint", "grid")}
+    loops["panda"] = panda(128)
+    loops |= {"sampled": sampled(loops["panda"]), "recommended": recommended(loops["panda"])}
     check(loops)
     found = contests(loops, options.quick)
     for _ in range(1 if options.quick else max(options.rounds, 1)):
