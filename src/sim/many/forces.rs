@@ -32,18 +32,18 @@ impl<const N: usize> Bodies<N> {
         if !drivers.one_friction {
             arms.resist(*arch, &now.seen.dq, &mut now.believed);
         }
-        let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
+        let pushed = Pushed { friction: plants.friction.as_deref(), now, lost, push };
         match (&plants.kind, &arms.kind) {
             (Kind::TwoLinks(plants), Kind::TwoLinks(models)) if const { N == 2 } => {
                 in_lanes(
                     *arch,
-                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, moved },
+                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, pushed },
                 );
             }
             (Kind::Chains(plants), Kind::Chains(models)) => {
                 in_lanes(
                     *arch,
-                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, moved },
+                    Act { drivers, arms: (&**plants, &**models), frames, rho_hat, pushed },
                 );
             }
             // Arms of two kinds do not go side by side.
@@ -56,20 +56,20 @@ impl<const N: usize> Bodies<N> {
     pub fn fly(&mut self, push: Push<'_, N>) {
         let Self { arch, plants, now, frames: [frames, _], lost, .. } = self;
         plants.resist(*arch, &now.seen.dq, &mut now.resisted);
-        let moved = Moved { friction: plants.friction.as_deref(), now, lost, push };
+        let pushed = Pushed { friction: plants.friction.as_deref(), now, lost, push };
         match &plants.kind {
             Kind::TwoLinks(plants) if const { N == 2 } => {
-                in_lanes(*arch, Fly { plants: &**plants, frames, moved });
+                in_lanes(*arch, Fly { plants: &**plants, frames, pushed });
             }
-            Kind::Chains(plants) => in_lanes(*arch, Fly { plants: &**plants, frames, moved }),
+            Kind::Chains(plants) => in_lanes(*arch, Fly { plants: &**plants, frames, pushed }),
             // Arms of two links have two joints.
             Kind::TwoLinks(_) => {}
         }
     }
 }
 
-/// Plants that are moved, against this friction of theirs; and what is lost.
-struct Moved<'a, const N: usize> {
+/// Plants that are pushed, against this friction of theirs; and what is lost.
+struct Pushed<'a, const N: usize> {
     friction: Option<&'a Frictions<N>>,
     now: &'a mut Now<N>,
     lost: &'a mut Abreast,
@@ -82,7 +82,7 @@ struct Act<'a, const N: usize, K> {
     arms: (&'a K, &'a K),
     frames: &'a mut [Frames<N, Abreast>; 2],
     rho_hat: &'a Vector<N, Abreast>,
-    moved: Moved<'a, N>,
+    pushed: Pushed<'a, N>,
 }
 
 impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
@@ -90,12 +90,12 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { drivers, arms: (plants, models), frames, rho_hat, mut moved } = self;
+        let Self { drivers, arms: (plants, models), frames, rho_hat, mut pushed } = self;
         let zero = Abreast::all(0.0).load(simd, 0);
         let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
         let Drivers { laws, alike, one_friction, limits: [controllers, actuators] } = drivers;
         for part in 0..Register::<S>::PARTS {
-            let (at, now) = ((simd, part), &mut *moved.now);
+            let (at, now) = ((simd, part), &mut *pushed.now);
             let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
             let [own, believed] = &mut *frames;
             let moves = plants.moves(at, (&q, &dq), own);
@@ -119,7 +119,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             store(&applied, &mut now.applied, part);
             store(&demand.v, &mut now.v, part);
             store(&rho_hat, &mut now.rho_hat, part);
-            moved.accelerate(at, plants, moves, (&mut mass, &mut bias));
+            pushed.accelerate(at, plants, moves, (&mut mass, &mut bias));
         }
     }
 }
@@ -127,7 +127,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
 struct Fly<'a, const N: usize, K> {
     plants: &'a K,
     frames: &'a mut Frames<N, Abreast>,
-    moved: Moved<'a, N>,
+    pushed: Pushed<'a, N>,
 }
 
 impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
@@ -135,19 +135,19 @@ impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { plants, frames, mut moved } = self;
+        let Self { plants, frames, mut pushed } = self;
         let zero = Abreast::all(0.0).load(simd, 0);
         let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
         for part in 0..Register::<S>::PARTS {
-            let Sample { q, dq, .. } = &moved.now.seen;
+            let Sample { q, dq, .. } = &pushed.now.seen;
             let motion = (&q.load(simd, part), &dq.load(simd, part));
             let moves = plants.moves((simd, part), motion, frames);
-            moved.accelerate((simd, part), plants, moves, (&mut mass, &mut bias));
+            pushed.accelerate((simd, part), plants, moves, (&mut mass, &mut bias));
         }
     }
 }
 
-impl<const N: usize> Moved<'_, N> {
+impl<const N: usize> Pushed<'_, N> {
     /// The rates at the stage of a part of the plants, which move so, under what is applied; lost
     /// where a step of RK4 alone cannot follow them.
     #[inline(always)]
