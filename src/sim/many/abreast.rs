@@ -85,6 +85,6 @@ where
         let push = Push { i: stage.index, h, tau_d: &around.tau_d, held: false };
         bodies.act(drivers, rho_hat, push);
         let Bodies { arch, now, .. } = &**bodies;
-        compensators.acted(*arch, stage.index, &now.seen, &now.asked, &now.applied);
+        compensators.acted(*arch, stage.index, now, drivers.limited);
     }
 }

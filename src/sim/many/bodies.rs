@@ -61,6 +61,8 @@ pub(super) struct Drivers<const N: usize> {
     pub one_friction: bool,
     /// Limits of the controllers, and of the plants.
     pub limits: [Limits<N, Abreast>; 2],
+    /// Whether any of these limits what is asked for.
+    pub limited: bool,
 }
 
 impl<const N: usize> Drivers<N> {
@@ -80,7 +82,9 @@ impl<const N: usize> Drivers<N> {
         ];
         let alike = bodies.plants.moves_as(laws.arms())?;
         let one_friction = bodies.plants.friction == laws.arms().friction;
-        Some(Self { laws, alike, one_friction, limits })
+        let mut efforts = limits.iter().flat_map(|limits| limits.effort_limit);
+        let limited = efforts.any(|limit| limit != Abreast::all(f64::INFINITY));
+        Some(Self { laws, alike, one_friction, limits, limited })
     }
 }
 

@@ -98,7 +98,9 @@ impl<const N: usize> Together<N> {
     /// Ends a period \[s\]. It can: what drives the weights is small, or the run is lost.
     pub fn end(&mut self, bodies: &Bodies<N>, period: f64) {
         let Bodies { arch, now, .. } = bodies;
-        self.compensators.acted(*arch, 0, &now.asked, &now.applied);
+        if self.drivers.limited {
+            self.compensators.acted(*arch, 0, &now.asked, &now.applied);
+        }
         self.compensators.advance(*arch, &Stage::after(period));
     }
 }

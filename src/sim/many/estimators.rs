@@ -2,6 +2,7 @@
 
 use pulp::Arch;
 
+use super::bodies::Now;
 use super::case::Case;
 use crate::control::{Applied, Compensator, EstimatorsAbreast, Law, Sample, Stage};
 use crate::math::{Abreast, LANES, Vector, lane, none_missing};
@@ -49,17 +50,18 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
         estimates
     }
 
-    /// Tells each the torque that acts at a stage, and the one that was asked for.
+    /// Tells each the torque that acts at a stage, and the one that was asked for; those side by
+    /// side where anything is `limited`.
     pub fn acted(
         &mut self,
         arch: Arch,
         index: usize,
-        seen: &Sample<N, Abreast>,
-        asked: &Vector<N, Abreast>,
-        applied: &Vector<N, Abreast>,
+        Now { seen, asked, applied, .. }: &Now<N>,
+        limited: bool,
     ) {
         match self {
-            Self::Abreast(all) => all.acted(arch, index, asked, applied),
+            Self::Abreast(all) if limited => all.acted(arch, index, asked, applied),
+            Self::Abreast(_) => {}
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     let acted = Applied::new(lane(asked, i), lane(applied, i));

@@ -93,7 +93,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
         let Self { drivers, arms: (plants, models), frames, rho_hat, mut pushed } = self;
         let zero = Abreast::all(0.0).load(simd, 0);
         let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
-        let Drivers { laws, alike, one_friction, limits: [controllers, actuators] } = drivers;
+        let Drivers { laws, alike, one_friction, limits: [controllers, actuators], .. } = drivers;
         for part in 0..Register::<S>::PARTS {
             let (at, now) = ((simd, part), &mut *pushed.now);
             let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
