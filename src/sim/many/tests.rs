@@ -12,8 +12,8 @@ use crate::arm::{
     TwoLinkParameters,
 };
 use crate::control::{
-    ComputedTorque, Controller, FuzzyCompensator, FuzzyParameters, Gains, Limits, NoCompensation,
-    State,
+    ComputedTorque, Controller, EstimatorsAbreast, FuzzyCompensator, FuzzyParameters, Gains,
+    Limits, NoCompensation, State,
 };
 use crate::effects::{Actuators, Effects, Sensors, Timing};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
@@ -170,6 +170,41 @@ fn ordinary_runs_go_side_by_side() {
         let plants = core::array::from_fn(|i| pushed(chain::<4>(0.2 * i as f64, friction)));
         assert_eq!(all_ways(&plants, chain(0.5, friction)), [true; LANES]);
         assert_eq!(all_ways(&plants, chain(0.5, JointFriction::default())), [true; LANES]);
+    }
+}
+
+/// Sets on steps that are known when this is compiled, and on others; as many for each input, or
+/// not; the same in both joints, or not.
+#[test]
+fn bases_on_any_sets_go_side_by_side() {
+    let even: [&[f64]; 3] =
+        [&[-1.0, 0.0, 1.0], &[-1.0, -0.5, 0.0, 0.5, 1.0], &[-1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5]];
+    let (paper, other): (&[f64], &[f64]) = (&[-1.5, -0.5, 0.0, 0.5, 1.5], &[-1.0, -0.5, 0.0, 1.0]);
+    let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, Friction::default())));
+    let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+    for centers in [
+        [even[0]; 4],
+        [even[1]; 4],
+        [even[2]; 4],
+        [paper; 4],
+        [other; 4],
+        [other, other, paper, paper],
+        [even[1], paper, even[1], paper],
+    ] {
+        for normalized in [true, false] {
+            let axes = centers.map(|centers| Axis { centers, widths: &[0.6] });
+            let basis = FuzzyBasis::new(Form::PerJoint { joints: 2 }, normalized, &axes).unwrap();
+            let learns = FuzzyCompensator::new(basis, &gains, FuzzyParameters::default()).unwrap();
+            let side = learns.state();
+            let each = [learns.learns(&side).unwrap(); LANES];
+            assert!(EstimatorsAbreast::of(each).is_some(), "{centers:?}");
+            let law = ComputedTorque::new(two_link(4.0, Friction::default()), gains);
+            let (controller, state) = (&Controller::new(law, learns), State::new(side));
+            for period in [None, Some(1e-3)] {
+                let way = (period, Effects::default());
+                assert_eq!(together(&plants, controller, &state, way), [true; LANES]);
+            }
+        }
     }
 }
 
