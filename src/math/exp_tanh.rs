@@ -173,6 +173,21 @@ mod tests {
     }
 
     #[test]
+    fn coefficients_are_those_of_the_source_to_the_last_bit() {
+        let exp = "1.66666666666666019037e-01 -2.77777777770155933842e-03 \
+                   6.61375632143793436117e-05 -1.65339022054652515390e-06 \
+                   4.13813679705723846039e-08";
+        let minus_1 = "-3.33333333333331316428e-02 1.58730158725481460165e-03 \
+                       -7.93650757867487942473e-05 4.00821782732936239552e-06 \
+                       -2.01099218183624371326e-07";
+        for (own, source) in [(EXP, exp), (EXP_MINUS_1, minus_1)] {
+            let source: Vec<f64> =
+                source.split(' ').map(|digits| digits.parse().unwrap()).collect();
+            assert_eq!(own[..], source);
+        }
+    }
+
+    #[test]
     fn exponentials_have_the_bits_of_the_libm_crate() {
         let mut common = 0;
         for x in numbers() {
