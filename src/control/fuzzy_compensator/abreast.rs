@@ -176,8 +176,8 @@ impl<const N: usize> Estimate<'_, N> {
             let mut missed = lost.load(simd, part);
             let mut inputs = [[missed; INPUTS]; N];
             let mut ratios = inputs;
-            for n in 0..N {
-                for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
+            for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
+                for n in 0..N {
                     let x = signal.of(seen)[n].load(simd, part);
                     inputs[n][k] = x.like(*scale) * x;
                     let (exponent, beyond) = it.sets[n][k].exponent(inputs[n][k]);
@@ -244,7 +244,8 @@ fn keep<S: Simd, const L: usize>(
     }
 }
 
-/// w·ξ, in the order of sums of one run: over lanes of rules first.
+/// w·ξ, in the order of sums of one run: over lanes of rules first. A lane begins with its first
+/// term, and not with 0: a zero may have another sign in between, but not at the end.
 #[inline(always)]
 fn contract<S: Simd, const L: usize>(
     (simd, part): (S, usize),
@@ -257,7 +258,8 @@ fn contract<S: Simd, const L: usize>(
     for a in 0..rows.min(L) {
         for b in 0..columns.min(L) {
             let rule = a * columns + b;
-            lanes[rule % LANES] += weights[rule].load(simd, part) * (first[a] * second[b]);
+            let term = weights[rule].load(simd, part) * (first[a] * second[b]);
+            lanes[rule % LANES] = if rule < LANES { term } else { lanes[rule % LANES] + term };
         }
     }
     let [a, b, c, d, e, f, g, h] = lanes;
@@ -284,8 +286,8 @@ fn inner<S: Simd, const L: usize>(
     right: &[Abreast; MOST_SPACED],
     sets: usize,
 ) -> Register<S> {
-    let mut sum = left[0].like(0.0);
-    for set in 0..sets.min(L) {
+    let mut sum = left[0] * right[0].load(simd, part);
+    for set in 1..sets.min(L) {
         sum += left[set] * right[set].load(simd, part);
     }
     sum
