@@ -44,7 +44,7 @@ robots: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python examples/mujoco_bench.py --seeds 10 --case base noise drop gain --only recommended --out robots/seeds
 
 # The wheel takes minutes of one core: it is built, and tested, beside the tests of the crate. These are compiled once,
-# and not for a debugger: a fifth less of the compiler's time.
+# and not for a debugger: a sixth less of the compiler's time.
 test: export CARGO_INCREMENTAL := 0
 test: export CARGO_PROFILE_TEST_DEBUG := false
 test: $(VENV)/tools

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import inspect
 import json
 import re
 import sys
@@ -84,9 +85,14 @@ def named(function: Any) -> str:
 
 
 def _told_apart(function: Any) -> str:
-    """What tells functions without a name apart: what they do, not what they find outside."""
-    code = function.__code__
-    content = repr((code.co_code, code.co_names, code.co_consts, function.__defaults__))
+    """What tells functions without a name apart: what they do, and what they hold."""
+    function = inspect.unwrap(function)
+    code = getattr(function, "__code__", None)
+    if code is None:
+        return ""
+    held = [cell.cell_contents for cell in function.__closure__ or ()]
+    given = function.__defaults__, function.__kwdefaults__, held
+    content = repr((code.co_code, code.co_names, code.co_consts, given))
     return f"-{_digest(re.sub(r' at 0x[0-9a-f]+', '', content))}"
 
 

@@ -49,8 +49,8 @@ pub(crate) fn none_missing<T: Copy>(each: [Option<T>; LANES]) -> Option<[T; LANE
     Some(all)
 }
 
-/// Whether runs go side by side on this instruction set. With one number in a register they would
-/// not go faster, and all of it would have to be compiled once more; tests do so.
+/// Whether runs go side by side on this instruction set. For one number in a register all of it
+/// would have to be compiled once more; tests do so.
 pub(crate) const fn has_lanes(arch: Arch) -> bool {
     !matches!(arch, Arch::Scalar) || cfg!(any(test, not(target_arch = "x86_64")))
 }

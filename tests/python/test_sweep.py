@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
@@ -105,6 +106,19 @@ def test_another_function_without_a_name_is_another_sweep(tmp_path: Path) -> Non
     sa.sweep(lambda a: {"b": a + 1}, {"a": [1]}, out=tmp_path)
     with pytest.raises(ValueError, match="function"):
         sa.sweep(lambda a: {"b": a + 2}, {"a": [1]}, out=tmp_path)
+    for wraps in (lambda it: it, functools.cache):
+        steps = [wraps(lambda a, *, step=step: {"b": a + step}) for step in (1, 2)]
+        held = [wraps(_adds(step)) for step in (1, 2)]
+        for folder, (one, other) in (("defaults", steps), ("held", held)):
+            out = tmp_path / folder / str(wraps is functools.cache)
+            sa.sweep(one, {"a": [1]}, out=out)
+            sa.sweep(one, {"a": [1]}, out=out)
+            with pytest.raises(ValueError, match="function"):
+                sa.sweep(other, {"a": [1]}, out=out)
+
+
+def _adds(step: int) -> Any:
+    return lambda a: {"b": a + step}
 
 
 def test_a_row_is_what_the_function_returns_and_what_raises_loses_its_row_alone(
