@@ -185,7 +185,8 @@ def _check_plants(plants: list[Any]) -> None:
     for run, plant in enumerate(plants):
         if not isinstance(plant, _core.Plant):
             raise TypeError(f"plant: got {type(plant).__name__} for run {run}, wants a Plant")
-        joints, first = plant.arm.joints, plants[0].arm.joints
+    first, *others = [plant.arm.joints for plant in plants]
+    for run, joints in enumerate(others, 1):
         if joints != first:
             raise ValueError(
                 f"plant: got one of {joints} joints for run {run}, wants {first}, as run 0 has"

@@ -184,11 +184,9 @@ def read(text: bytes, joints: int) -> dict[str, Any]:
     return parts
 
 
-def joint_names(arm: Any, joints: int) -> list[str]:
+def joint_names(arm: Any, joints: int) -> tuple[str, ...]:
     """The names of an arm's joints, or else their numbers."""
-    if isinstance(arm, _core.Serial):
-        return list(arm.joint_names)
-    return list(numbered(joints))
+    return tuple(arm.joint_names) if isinstance(arm, _core.Serial) else numbered(joints)
 
 
 def arguments(value: Any) -> dict[str, Any]:

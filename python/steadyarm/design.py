@@ -283,6 +283,6 @@ def design(
         leak_rate=None if compensator is None else arguments(compensator)["leak_rate"],
         **figures,
         learnable=teaches,
-        joint_names=tuple(joint_names(tracker.arm, len(poles))),
+        joint_names=joint_names(tracker.arm, len(poles)),
         units=lengths(tracker.arm.joint_kinds),
     )

@@ -227,7 +227,7 @@ def learnable(
         payload_inertia=deviations[4:],
         coverage=covered[0],
         outside=covered[1],
-        joint_names=tuple(joint_names(arm, arm.joints)),
+        joint_names=joint_names(arm, arm.joints),
         units=lengths(arm.joint_kinds),
     )
 

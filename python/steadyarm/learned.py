@@ -171,7 +171,7 @@ def learned(controller: _core.Controller) -> Learned:
         covariance=covariance,
         own=own,
         widths=told["friction_widths"],
-        joint_names=tuple(joint_names(controller.arm, joints)),
+        joint_names=joint_names(controller.arm, joints),
         units=lengths(controller.arm.joint_kinds),
     )
 

@@ -240,13 +240,14 @@ def _computed(
 
 
 def _runs(found: Mapping[str, Any], runs: Given, same: Mapping[str, Any]) -> Runs:
-    status = tuple(Status(*ended) for ended in found["status"])
+    kinds = {ended: Status(*ended) for ended in set(found["status"])}
+    status = tuple(kinds[ended] for ended in found["status"])
     records = None
     if same["record"] is not None:
         kept = zip(found["records"], status, strict=True)
         records = tuple(_run(it, ended, runs, n, same) for n, (it, ended) in enumerate(kept))
     arms = [plant.arm for plant in runs.parts["plant"]]
-    named = [(tuple(joint_names(arm, arm.joints)), lengths(arm.joint_kinds)) for arm in arms]
+    named = [(joint_names(arm, arm.joints), lengths(arm.joint_kinds)) for arm in arms]
     return Runs(**found["figures"], status=status, _named=tuple(named), _records=records)
 
 

@@ -162,16 +162,19 @@ fn is_ndarray(value: &Bound<'_, PyAny>) -> bool {
     value.is_exact_instance_of::<PyUntypedArray>()
 }
 
+/// The entries of a plain array of so many numbers; `None` for anything else.
+#[inline]
+fn plain<'a>(value: Any<'a, '_>, count: usize) -> Option<impl Fn(usize) -> f64 + 'a> {
+    let array = value.cast::<PyArray1<f64>>().ok().filter(|_| is_ndarray(value))?;
+    let whole = array.strides()[0] % (align_of::<f64>() as isize) == 0;
+    let readable = array.len() == count && array.data().is_aligned() && whole;
+    readable.then_some(|n| array.get_owned([n]).unwrap_or(f64::NAN))
+}
+
 /// One value a joint: shape (n,).
 #[inline]
 pub(super) fn vector<const N: usize>(value: &Bound<'_, PyAny>, name: &str) -> PyResult<Vector<N>> {
-    if is_ndarray(value)
-        && let Ok(array) = value.cast::<PyArray1<f64>>()
-        && array.len() == N
-        && array.data().is_aligned()
-        && array.strides()[0] % (align_of::<f64>() as isize) == 0
-    {
-        let entry = |n| array.get_owned([n]).unwrap_or(f64::NAN);
+    if let Some(entry) = plain(value, N) {
         return Ok(Vector::from_fn(|n, _| entry(n)));
     }
     let Numbers { shape, values } = numbers(value, name)?;
@@ -195,6 +198,9 @@ pub(super) fn each_joint(
     name: &str,
 ) -> PyResult<Vec<f64>> {
     let Some(value) = value else { return Ok(vec![default; joints]) };
+    if let Some(entry) = plain(value, joints) {
+        return Ok((0..joints).map(entry).collect());
+    }
     let Numbers { shape, values } = numbers(value, name)?;
     match shape[..] {
         [] => Ok(vec![values[0]; joints]),
