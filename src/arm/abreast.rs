@@ -147,21 +147,21 @@ impl Load for JointFriction<Abreast> {
 /// What arms of one kind side by side do, a part at a time.
 pub(crate) trait Alike<const N: usize> {
     /// What they need to know of a motion: the same for all that move alike.
-    type Moves<'a, S: Simd>: Copy;
+    type Moves<S: Simd>: Copy;
 
     /// How they move at q and q̇, with a place for their frames.
-    fn moves<'a, S: Simd>(
+    fn moves<S: Simd>(
         &self,
         at: (S, usize),
         motion: (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-        frames: &'a mut Frames<N, Abreast>,
-    ) -> Self::Moves<'a, S>;
+        frames: &mut Frames<N, Abreast>,
+    ) -> Self::Moves<S>;
 
-    /// Writes M and C q̇ + G.
+    /// Writes M and C q̇ + G, from the frames of the motion.
     fn write_dynamics<S: Simd>(
         &self,
         at: (S, usize),
-        moves: Self::Moves<'_, S>,
+        motion: (Self::Moves<S>, &mut Frames<N, Abreast>),
         dynamics: Dynamics<'_, N, S>,
     );
 
@@ -169,7 +169,7 @@ pub(crate) trait Alike<const N: usize> {
     fn solve<S: Simd>(
         &self,
         at: (S, usize),
-        moves: Self::Moves<'_, S>,
+        moves: Self::Moves<S>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
@@ -180,15 +180,15 @@ pub(crate) type Dynamics<'a, const N: usize, S> =
     (&'a mut Matrix<N, Register<S>>, &'a mut Vector<N, Register<S>>);
 
 impl<const N: usize> Alike<N> for Planar<Abreast> {
-    type Moves<'a, S: Simd> = Planes<Register<S>>;
+    type Moves<S: Simd> = Planes<Register<S>>;
 
     #[inline(always)]
-    fn moves<'a, S: Simd>(
+    fn moves<S: Simd>(
         &self,
         (simd, part): (S, usize),
         (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-        _: &'a mut Frames<N, Abreast>,
-    ) -> Self::Moves<'a, S> {
+        _: &mut Frames<N, Abreast>,
+    ) -> Self::Moves<S> {
         let (q, arms) = (two(q), self.load(simd, part));
         Planes { first: arms.first(q[0]), second: q[1].sin_cos(), dq: two(dq) }
     }
@@ -197,7 +197,7 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     fn write_dynamics<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        Planes { first, second, dq }: Self::Moves<'_, S>,
+        (Planes { first, second, dq }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
         (mass, bias): Dynamics<'_, N, S>,
     ) {
         (*mass, *bias) = self.load(simd, part).dynamics(first, second, &dq);
@@ -207,7 +207,7 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     fn solve<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        Planes { second, .. }: Self::Moves<'_, S>,
+        Planes { second, .. }: Self::Moves<S>,
         _: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
@@ -217,24 +217,23 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
 }
 
 impl<const N: usize> Alike<N> for Chain<N, Abreast> {
-    type Moves<'a, S: Simd> = &'a Frames<N, Abreast>;
+    type Moves<S: Simd> = ();
 
     #[inline(always)]
-    fn moves<'a, S: Simd>(
+    fn moves<S: Simd>(
         &self,
         at: (S, usize),
         (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-        frames: &'a mut Frames<N, Abreast>,
-    ) -> Self::Moves<'a, S> {
+        frames: &mut Frames<N, Abreast>,
+    ) {
         Part { chains: self, at }.find(q, dq, frames);
-        frames
     }
 
     #[inline(always)]
     fn write_dynamics<S: Simd>(
         &self,
         at: (S, usize),
-        frames: Self::Moves<'_, S>,
+        ((), frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
         (mass, bias): Dynamics<'_, N, S>,
     ) {
         let part = Part { chains: self, at };
@@ -246,7 +245,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     fn solve<S: Simd>(
         &self,
         _: (S, usize),
-        _: Self::Moves<'_, S>,
+        (): Self::Moves<S>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {

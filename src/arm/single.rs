@@ -44,7 +44,7 @@ impl<const N: usize> SingleArm<N> {
             Body::Chain(chain) => {
                 let (mut frames, mut mass) = ([Frame::place(0.0); N], Matrix::<N, f32>::zeros());
                 chain.find(q, dq, &mut frames);
-                chain.write_mass_matrix(&frames, &mut mass);
+                chain.write_mass_matrix(&mut frames, &mut mass);
                 (mass, chain.bias(&frames))
             }
         };

@@ -1,6 +1,6 @@
 //! Chains side by side, a chain a lane.
 
-use super::inverse::Spread;
+use super::inverse::{Spread, Wrench};
 use super::joint::{Chain, Joint, Mass};
 use super::links::{Frame, Links};
 use super::space::{Sym3, Turn, V3};
@@ -66,9 +66,20 @@ impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
     }
 
     #[inline(always)]
-    fn kept(&self, Frame { turn, a, s }: &Frame<Abreast>) -> Frame<Register<S>> {
+    fn keep_column(&self, column: &Wrench<Register<S>>, place: &mut Frame<Abreast>) {
+        column.f.store(&mut place.column.f, self.at.1);
+        column.n.store(&mut place.column.n, self.at.1);
+    }
+
+    #[inline(always)]
+    fn kept(&self, Frame { turn, a, s, column }: &Frame<Abreast>) -> Frame<Register<S>> {
         let (simd, part) = self.at;
-        Frame { turn: turn.load(simd, part), a: a.load(simd, part), s: s.load(simd, part) }
+        Frame {
+            turn: turn.load(simd, part),
+            a: a.load(simd, part),
+            s: s.load(simd, part),
+            column: Wrench { f: column.f.load(simd, part), n: column.n.load(simd, part) },
+        }
     }
 }
 

@@ -86,8 +86,8 @@ impl<T: Real> Spread<T> {
 }
 
 /// Force, and moment about the frame's origin.
-#[derive(Clone, Copy)]
-pub(super) struct Wrench<T = f64> {
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Wrench<T = f64> {
     pub f: V3<T>,
     pub n: V3<T>,
 }

@@ -7,12 +7,14 @@ use super::joint::{Chain, Joint, Mass};
 use super::space::{Sym3, Turn, V3};
 use crate::math::{Matrix, Real, Vector, column};
 
-/// The frame of a joint in the one before; the acceleration of points that move with it is a + S r.
+/// The frame of a joint in the one before; the acceleration of points that move with it is a + S r;
+/// and a place for what accelerates all beyond it by 1.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Frame<T> {
     pub(super) turn: Turn<T>,
     pub(super) a: V3<T>,
     pub(super) s: Spread<T>,
+    pub(super) column: Wrench<T>,
 }
 
 /// The frames of a chain.
@@ -23,7 +25,8 @@ impl<T: Copy> Frame<T> {
     pub fn place(x: T) -> Self {
         let v = V3::new(x, x, x);
         let s = Spread { xx: x, xy: x, xz: x, yx: x, yy: x, yz: x, zx: x, zy: x, zz: x };
-        Self { turn: Turn { ca: x, sa: x, c: x, s: x, p: v }, a: v, s }
+        let column = Wrench { f: v, n: v };
+        Self { turn: Turn { ca: x, sa: x, c: x, s: x, p: v }, a: v, s, column }
     }
 }
 
@@ -44,6 +47,9 @@ pub(crate) trait Links<const N: usize, T: Real> {
 
     /// Puts what accelerates its points in its place.
     fn keep_motion(&self, a: V3<T>, s: &Spread<T>, place: &mut Frame<Self::Kept>);
+
+    /// Puts what accelerates all beyond a joint in its place.
+    fn keep_column(&self, column: &Wrench<T>, place: &mut Frame<Self::Kept>);
 
     /// The frame that was put there.
     fn kept(&self, place: &Frame<Self::Kept>) -> Frame<T>;
@@ -72,7 +78,7 @@ pub(crate) trait Links<const N: usize, T: Real> {
         let mut tau = column([zero.x; N]);
         let mut beyond = Wrench { f: zero, n: zero };
         for i in (0..N).rev() {
-            let (joint, Frame { turn, a, s }) = (self.joint(i), self.kept(&frames[i]));
+            let (joint, Frame { turn, a, s, .. }) = (self.joint(i), self.kept(&frames[i]));
             let all = joint.wrench(&s, a).plus(&beyond);
             tau[i] = all.along(joint.revolute);
             if i > 0 {
@@ -84,19 +90,18 @@ pub(crate) trait Links<const N: usize, T: Real> {
 
     /// Writes M(q), armature on the diagonal: as [`Chain::mass_matrix`], column after column.
     #[inline(always)]
-    fn write_mass_matrix(&self, frames: &Frames<N, Self::Kept>, m: &mut Matrix<N, T>) {
-        let zero = V3::zero_like(self.gravity().x);
-        let mut columns = [Wrench { f: zero, n: zero }; N];
+    fn write_mass_matrix(&self, frames: &mut Frames<N, Self::Kept>, m: &mut Matrix<N, T>) {
         let mut body = self.joint(N - 1).mass;
         for i in (0..N).rev() {
             let Joint { revolute, armature, .. } = self.joint(i);
             let Frame { turn, .. } = self.kept(&frames[i]);
-            columns[i] = unit_wrench(&body, revolute);
+            self.keep_column(&unit_wrench(&body, revolute), &mut frames[i]);
             for j in i..N {
-                let axis = columns[j].along(revolute);
+                let Frame { column, .. } = self.kept(&frames[j]);
+                let axis = column.along(revolute);
                 (m[(i, j)], m[(j, i)]) = (axis, axis);
                 if i > 0 {
-                    columns[j] = columns[j].inward(&turn);
+                    self.keep_column(&column.inward(&turn), &mut frames[j]);
                 }
             }
             m[(i, i)] += armature;
@@ -129,6 +134,11 @@ impl<const N: usize> Links<N, f32> for Chain<N, f32> {
     #[inline(always)]
     fn keep_motion(&self, a: V3<f32>, s: &Spread<f32>, place: &mut Frame<f32>) {
         (place.a, place.s) = (a, *s);
+    }
+
+    #[inline(always)]
+    fn keep_column(&self, column: &Wrench<f32>, place: &mut Frame<f32>) {
+        place.column = *column;
     }
 
     #[inline(always)]

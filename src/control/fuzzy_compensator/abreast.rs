@@ -9,7 +9,7 @@ use core::array::from_fn;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::control::learns::PerJointSide;
-use crate::control::{Inputs, MAX_STAGES, Sample, Stage};
+use crate::control::{Inputs, Sample, Stage};
 use crate::fuzzy::lanes::FLUSH_EVERY;
 use crate::fuzzy::{MOST_SPACED, Spaced};
 use crate::math::{
@@ -44,11 +44,38 @@ pub(in crate::control) struct PerJoint<const N: usize> {
     advances: u64,
 }
 
-/// How many sets the inputs of every joint have, and whether all are on the same steps.
+/// How many sets the inputs of every joint have, and on which steps.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
     sets: [usize; INPUTS],
-    one_pattern: bool,
+    pattern: Pattern,
+}
+
+/// The steps of the sets of all inputs: those for which there is a kernel that knows them, or any.
+#[derive(Clone, Copy, Debug)]
+enum Pattern {
+    Even3,
+    Even5,
+    /// Five, of which the outer ones are farther away.
+    Paper,
+    Even7,
+    Any,
+}
+
+impl Pattern {
+    fn of<const N: usize>(sets: &[[Spaced; INPUTS]; N]) -> Self {
+        let steps = sets[0][0].steps();
+        if sets.iter().flatten().any(|own| own.steps() != steps) {
+            return Self::Any;
+        }
+        match steps {
+            [0, 1, 2] => Self::Even3,
+            [0, 1, 2, 3, 4] => Self::Even5,
+            [0, 2, 3, 4, 6] => Self::Paper,
+            [0, 1, 2, 3, 4, 5, 6] => Self::Even7,
+            _ => Self::Any,
+        }
+    }
 }
 
 /// What is kept of a stage: the memberships of each input of each joint, and what drives the
@@ -73,13 +100,12 @@ impl<const N: usize> PerJoint<N> {
         };
         let lengths = sets[0].each_ref().map(Spaced::len);
         let alike = alike && sets.iter().all(|own| own.each_ref().map(Spaced::len) == lengths);
-        let one_pattern = sets.iter().flatten().all(|own| own.steps() == sets[0][0].steps());
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         let memberships = [[[Abreast::all(0.0); MOST_SPACED]; INPUTS]; N];
         alike.then(|| Self {
             inputs,
             sets,
-            shape: Shape { sets: lengths, one_pattern },
+            shape: Shape { sets: lengths, pattern: Pattern::of(&sets) },
             normalized,
             p12: of(|it| it.p12),
             p22: of(|it| it.p22),
@@ -126,12 +152,6 @@ impl<const N: usize> PerJoint<N> {
     }
 }
 
-/// The factors of the drives of earlier stages in a sum, h aⱼ.
-#[inline(always)]
-fn factors(stage: &Stage<'_>) -> [f64; MAX_STAGES] {
-    from_fn(|j| stage.coefficients.get(j).map_or(0.0, |a| stage.step * a))
-}
-
 struct Estimate<'a, const N: usize> {
     it: &'a mut PerJoint<N>,
     stage: &'a Stage<'a>,
@@ -144,16 +164,13 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Shape { sets, one_pattern } = self.it.shape;
-        match self.it.sets[0][0].steps() {
-            [0, 1, 2] if one_pattern => self.of(simd, [3; 2], Some([0, 1, 2])),
-            [0, 1, 2, 3, 4] if one_pattern => self.of(simd, [5; 2], Some([0, 1, 2, 3, 4])),
-            // The paper's.
-            [0, 2, 3, 4, 6] if one_pattern => self.of(simd, [5; 2], Some([0, 2, 3, 4, 6])),
-            [0, 1, 2, 3, 4, 5, 6] if one_pattern => {
-                self.of(simd, [7; 2], Some([0, 1, 2, 3, 4, 5, 6]))
-            }
-            _ => self.of::<MOST_SPACED, S>(simd, sets, None),
+        let Shape { sets, pattern } = self.it.shape;
+        match pattern {
+            Pattern::Even3 => self.of(simd, [3; 2], Some([0, 1, 2])),
+            Pattern::Even5 => self.of(simd, [5; 2], Some([0, 1, 2, 3, 4])),
+            Pattern::Paper => self.of(simd, [5; 2], Some([0, 2, 3, 4, 6])),
+            Pattern::Even7 => self.of(simd, [7; 2], Some([0, 1, 2, 3, 4, 5, 6])),
+            Pattern::Any => self.of::<MOST_SPACED, S>(simd, sets, None),
         }
     }
 }
@@ -169,16 +186,16 @@ impl<const N: usize> Estimate<'_, N> {
         steps: Option<[u8; L]>,
     ) {
         let Self { it, stage, seen, lost } = self;
-        let (i, factors) = (stage.index, factors(stage));
-        let (before, rest) = it.stages.split_at_mut(i);
+        let (before, rest) = it.stages.split_at_mut(stage.index);
         let here = &mut rest[0];
         for part in 0..Register::<S>::PARTS {
             let mut missed = lost.load(simd, part);
             let mut inputs = [[missed; INPUTS]; N];
             let mut ratios = inputs;
             for (k, (signal, scale)) in it.inputs.signals().iter().enumerate() {
+                let signal = signal.of(seen);
                 for n in 0..N {
-                    let x = signal.of(seen)[n].load(simd, part);
+                    let x = signal[n].load(simd, part);
                     inputs[n][k] = x.like(*scale) * x;
                     let (exponent, beyond) = it.sets[n][k].exponent(inputs[n][k]);
                     missed += beyond;
@@ -193,6 +210,7 @@ impl<const N: usize> Estimate<'_, N> {
             if let [first, second] = rest {
                 [*first, *second] = Real::series_exps([*first, *second]);
             }
+            // Each waits for its own sum: all are begun before what is made of them.
             for n in 0..N {
                 let ([first, second], [rows, columns]) = (&it.sets[n], lengths);
                 let x = [(inputs[n][0], ratios[n][0]), (inputs[n][1], ratios[n][1])];
@@ -208,14 +226,18 @@ impl<const N: usize> Estimate<'_, N> {
                 };
                 keep((simd, part), &rules[0], &mut here.memberships[n][0], rows);
                 keep((simd, part), &rules[1], &mut here.memberships[n][1], columns);
+            }
+            for n in 0..N {
+                let [first, second] = &here.memberships[n];
+                let rules = [kept::<S, L>((simd, part), first), kept((simd, part), second)];
                 let (e, de) = (seen.e[n].load(simd, part), seen.de[n].load(simd, part));
                 let s = it.p12[n].load(simd, part) * e + it.p22[n].load(simd, part) * de;
                 let mut learnt = contract((simd, part), &it.weights[n], &rules, lengths);
-                for (j, past) in before.iter().enumerate() {
-                    if factors[j] != 0.0 {
-                        let past_rules = &past.memberships[n];
-                        let gram = correlate((simd, part), &rules, past_rules, lengths);
-                        learnt += past.drive[n].load(simd, part) * s.like(factors[j]) * gram;
+                for (past, a) in before.iter().zip(stage.coefficients) {
+                    let factor = stage.step * a;
+                    if factor != 0.0 {
+                        let gram = correlate((simd, part), &rules, &past.memberships[n], lengths);
+                        learnt += past.drive[n].load(simd, part) * s.like(factor) * gram;
                     }
                 }
                 (s.like(0.0) + learnt).store(&mut it.estimate[n], part);
@@ -242,6 +264,19 @@ fn keep<S: Simd, const L: usize>(
     for set in 0..sets.min(L) {
         from[set].store(&mut to[set], part);
     }
+}
+
+/// The first of them from their place.
+#[inline(always)]
+fn kept<S: Simd, const L: usize>(
+    (simd, part): (S, usize),
+    from: &[Abreast; MOST_SPACED],
+) -> [Register<S>; L] {
+    let mut registers = [from[0].load(simd, part); L];
+    for set in 1..L {
+        registers[set] = from[set].load(simd, part);
+    }
+    registers
 }
 
 /// w·ξ, in the order of sums of one run: over lanes of rules first. A lane begins with its first
@@ -344,13 +379,13 @@ impl<const N: usize> Advance<'_, N> {
     #[inline(always)]
     fn of<S: Simd>(self, simd: S, [rows, columns]: [usize; INPUTS], stages: usize) {
         let Self { it, end } = self;
-        let (factors, flushes) = (factors(end), it.advances.is_multiple_of(FLUSH_EVERY));
+        let flushes = it.advances.is_multiple_of(FLUSH_EVERY);
         for n in 0..N {
             for part in 0..Register::<S>::PARTS {
                 let mut terms = [it.gain[n].load(simd, part); STAGES];
-                for (j, term) in terms.iter_mut().enumerate().take(stages) {
+                for (j, a) in end.coefficients.iter().enumerate().take(stages) {
                     let drive = it.stages[j].drive[n].load(simd, part);
-                    *term = (drive * drive.like(factors[j])).unless_tiny(TINY_TERM);
+                    terms[j] = (drive * drive.like(end.step * a)).unless_tiny(TINY_TERM);
                 }
                 for a in 0..rows {
                     let mut firsts = terms;

@@ -7,6 +7,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
+use super::surroundings::Desired;
 use crate::arm::{Arm, ArmsAbreast, Frame, Frames};
 use crate::control::{Controller, Law, LawsAbreast, Limits, Sample};
 use crate::math::{
@@ -157,7 +158,7 @@ impl<const N: usize> Bodies<N> {
 
     /// Goes to stage i of a step of `h` \[s\].
     #[inline(never)]
-    pub fn go(&mut self, i: usize, h: f64, desired: &Setpoint<N, Abreast>) {
+    pub fn go(&mut self, i: usize, h: f64, desired: &Desired<N>) {
         in_lanes(self.arch, Go { bodies: self, i, h, desired });
     }
 
@@ -180,7 +181,7 @@ struct Go<'a, const N: usize> {
     bodies: &'a mut Bodies<N>,
     i: usize,
     h: f64,
-    desired: &'a Setpoint<N, Abreast>,
+    desired: &'a Desired<N>,
 }
 
 impl<const N: usize> WithSimd for Go<'_, N> {

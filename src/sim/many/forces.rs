@@ -7,6 +7,7 @@
 use pulp::{Simd, WithSimd};
 
 use super::bodies::{Bodies, Drivers, Now};
+use super::surroundings::Told;
 use crate::arm::{Alike, Dynamics, Factor, Frames, Frictions, Kind};
 use crate::control::Sample;
 use crate::math::{Abreast, Load, Matrix, Register, Vector, column, columns, in_lanes, store};
@@ -18,7 +19,7 @@ use crate::sim::stiff::none_beyond_rk4;
 pub(super) struct Push<'a, const N: usize> {
     pub i: usize,
     pub h: f64,
-    pub tau_d: &'a Vector<N, Abreast>,
+    pub tau_d: &'a Told<N>,
     pub held: bool,
 }
 
@@ -99,8 +100,12 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
             let [own, believed] = &mut *frames;
             let moves = plants.moves(at, (&q, &dq), own);
-            let known = if *alike { moves } else { models.moves(at, (&q, &dq), believed) };
-            models.write_dynamics(at, known, (&mut mass, &mut bias));
+            if *alike {
+                models.write_dynamics(at, (moves, &mut *own), (&mut mass, &mut bias));
+            } else {
+                let known = models.moves(at, (&q, &dq), &mut *believed);
+                models.write_dynamics(at, (known, believed), (&mut mass, &mut bias));
+            }
             if laws.arms().friction.is_some() {
                 let believed = if *one_friction { &now.resisted } else { &now.believed };
                 for n in 0..N {
@@ -119,7 +124,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             store(&applied, &mut now.applied, part);
             store(&demand.v, &mut now.v, part);
             store(&rho_hat, &mut now.rho_hat, part);
-            pushed.accelerate(at, plants, moves, (&mut mass, &mut bias));
+            pushed.accelerate(at, plants, (moves, own), (&mut mass, &mut bias));
         }
     }
 }
@@ -141,8 +146,8 @@ impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
         for part in 0..Register::<S>::PARTS {
             let Sample { q, dq, .. } = &pushed.now.seen;
             let motion = (&q.load(simd, part), &dq.load(simd, part));
-            let moves = plants.moves((simd, part), motion, frames);
-            pushed.accelerate((simd, part), plants, moves, (&mut mass, &mut bias));
+            let moves = plants.moves((simd, part), motion, &mut *frames);
+            pushed.accelerate((simd, part), plants, (moves, &mut *frames), (&mut mass, &mut bias));
         }
     }
 }
@@ -155,14 +160,14 @@ impl<const N: usize> Pushed<'_, N> {
         &mut self,
         (simd, part): (S, usize),
         plants: &K,
-        moves: K::Moves<'_, S>,
+        (moves, frames): (K::Moves<S>, &mut Frames<N, Abreast>),
         (mass, bias): Dynamics<'_, N, S>,
     ) {
         let Self { friction, now, lost, push: Push { i, h, tau_d, held } } = self;
-        plants.write_dynamics((simd, part), moves, (&mut *mass, &mut *bias));
-        let mut net = now.applied.load(simd, part);
+        plants.write_dynamics((simd, part), (moves, frames), (&mut *mass, &mut *bias));
+        let (mut net, tau_d) = (now.applied.load(simd, part), tau_d.load(simd, part));
         for n in 0..N {
-            net[n] -= tau_d[n].load(simd, part);
+            net[n] -= tau_d[n];
             let against = if friction.is_some() {
                 bias[n] + now.resisted[n].load(simd, part)
             } else {

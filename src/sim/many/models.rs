@@ -90,8 +90,12 @@ impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
         let (mut own_mass, mut own_bias) = (columns([[zero; N]; N]), column([zero; N]));
         for part in 0..Register::<S>::PARTS {
             let motion = (&q.load(simd, part), &dq.load(simd, part));
-            let moves = arms.moves((simd, part), motion, frames);
-            arms.write_dynamics((simd, part), moves, (&mut own_mass, &mut own_bias));
+            let moves = arms.moves((simd, part), motion, &mut *frames);
+            arms.write_dynamics(
+                (simd, part),
+                (moves, &mut *frames),
+                (&mut own_mass, &mut own_bias),
+            );
             for j in 0..N {
                 for i in 0..N {
                     own_mass[(i, j)].store(&mut mass[(i, j)], part);

@@ -1,11 +1,65 @@
 //! What eight runs are asked to do, and what pushes them: set-points and disturbances.
 
+use pulp::Simd;
+
 use super::case::Case;
 use crate::arm::Arm;
 use crate::control::Sample;
-use crate::math::{Abreast, LANES, Vector, lane};
+use crate::math::{Abreast, LANES, Load, Register, Vector, column, lane};
 use crate::plant::{Disturbance, Plant};
 use crate::reference::{Reference, Setpoint};
+
+/// A vector of each of eight runs, and the one that is the same for all, if there is one. Kernels
+/// spread that over lanes themselves: what was written in pieces would be read late.
+pub(super) struct Told<const N: usize> {
+    to_all: Option<Vector<N>>,
+    to_each: Vector<N, Abreast>,
+}
+
+impl<const N: usize> Told<N> {
+    fn nothing() -> Self {
+        Self { to_all: None, to_each: Vector::<N, Abreast>::repeat(Abreast::all(0.0)) }
+    }
+
+    /// Tells the run in a lane something of its own.
+    fn tell(&mut self, i: usize, x: &Vector<N>) {
+        self.to_all = None;
+        for n in 0..N {
+            self.to_each[n].0[i] = x[n];
+        }
+    }
+}
+
+impl<const N: usize> Load for Told<N> {
+    type In<S: Simd> = Vector<N, Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Some(x) = &self.to_all else { return self.to_each.load(simd, part) };
+        let mut spread = column([Abreast::all(x[0]).load(simd, part); N]);
+        for n in 1..N {
+            spread[n] = Abreast::all(x[n]).load(simd, part);
+        }
+        spread
+    }
+}
+
+/// Set-points of eight runs.
+pub(super) struct Desired<const N: usize> {
+    q: Told<N>,
+    dq: Told<N>,
+    ddq: Told<N>,
+}
+
+impl<const N: usize> Load for Desired<N> {
+    type In<S: Simd> = Setpoint<N, Register<S>>;
+
+    #[inline(always)]
+    fn load<S: Simd>(&self, simd: S, part: usize) -> Self::In<S> {
+        let Self { q, dq, ddq } = self;
+        Setpoint { q: q.load(simd, part), dq: dq.load(simd, part), ddq: ddq.load(simd, part) }
+    }
+}
 
 /// The references and disturbances of eight runs, and what they say at the latest time asked for.
 pub(super) struct Surroundings<'a, const N: usize, A, D, L, C, R, S> {
@@ -13,8 +67,8 @@ pub(super) struct Surroundings<'a, const N: usize, A, D, L, C, R, S> {
     /// Whether all have one reference, or one disturbance.
     one_reference: bool,
     one_disturbance: bool,
-    pub desired: Setpoint<N, Abreast>,
-    pub tau_d: Vector<N, Abreast>,
+    pub desired: Desired<N>,
+    pub tau_d: Told<N>,
     /// The times of these \[s\]. Two stages often fall on one time.
     desired_at: f64,
     pushed_at: f64,
@@ -31,13 +85,12 @@ where
     /// Those of these runs.
     pub fn new(cases: [&'a Case<'a, N, A, D, L, C, R, S>; LANES]) -> Self {
         let (reference, disturbance) = (cases[0].reference, &cases[0].plant.disturbance);
-        let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         Self {
             one_reference: cases.iter().all(|case| core::ptr::eq(case.reference, reference)),
             one_disturbance: cases.iter().all(|case| case.plant.disturbance.is_same(disturbance)),
             cases,
-            desired: Setpoint { q: zeros, dq: zeros, ddq: zeros },
-            tau_d: zeros,
+            desired: Desired { q: Told::nothing(), dq: Told::nothing(), ddq: Told::nothing() },
+            tau_d: Told::nothing(),
             desired_at: f64::NAN,
             pushed_at: f64::NAN,
             timely: true,
@@ -50,22 +103,18 @@ where
             return;
         }
         self.desired_at = t;
+        let Desired { q, dq, ddq } = &mut self.desired;
         if self.one_reference {
-            let Setpoint { q, dq, ddq } = self.cases[0].reference.at(t);
-            for n in 0..N {
-                self.desired.q[n] = Abreast::all(q[n]);
-                self.desired.dq[n] = Abreast::all(dq[n]);
-                self.desired.ddq[n] = Abreast::all(ddq[n]);
-            }
+            let desired = self.cases[0].reference.at(t);
+            (q.to_all, dq.to_all) = (Some(desired.q), Some(desired.dq));
+            ddq.to_all = Some(desired.ddq);
             return;
         }
         for (i, case) in self.cases.iter().enumerate() {
-            let Setpoint { q, dq, ddq } = case.reference.at(t);
-            for n in 0..N {
-                self.desired.q[n].0[i] = q[n];
-                self.desired.dq[n].0[i] = dq[n];
-                self.desired.ddq[n].0[i] = ddq[n];
-            }
+            let desired = case.reference.at(t);
+            q.tell(i, &desired.q);
+            dq.tell(i, &desired.dq);
+            ddq.tell(i, &desired.ddq);
         }
     }
 
@@ -79,9 +128,7 @@ where
             && let Some(tau_d) = self.cases[0].plant.disturbance.at_time(t)
         {
             self.timely = true;
-            for n in 0..N {
-                self.tau_d[n] = Abreast::all(tau_d[n]);
-            }
+            self.tau_d.to_all = Some(tau_d);
             return;
         }
         self.timely = !self.one_disturbance;
@@ -90,10 +137,7 @@ where
             let known = if self.one_disturbance { None } else { disturbance.at_time(t) };
             self.timely &= known.is_some();
             let push = |q, dq| disturbance.torque(&q, &dq, t);
-            let tau_d = known.unwrap_or_else(|| push(lane(q, i), lane(dq, i)));
-            for n in 0..N {
-                self.tau_d[n].0[i] = tau_d[n];
-            }
+            self.tau_d.tell(i, &known.unwrap_or_else(|| push(lane(q, i), lane(dq, i))));
         }
     }
 }
