@@ -9,8 +9,9 @@
 //! Every modification scales the drive or pulls the weights along themselves. The change over a
 //! step stays a sum of rank-one terms, and the weights never enter an integrator.
 
+use super::Stage;
 use crate::error::{Result, accepted, non_negative, positive};
-use crate::math::{Vector, sqrt};
+use crate::math::{Real, Vector, decay, sqrt};
 
 /// The projection starts to act at this fraction of its radius (Pomet and Praly 1992).
 const PROJECTION_ONSET: f64 = 0.9;
@@ -93,8 +94,7 @@ impl<const N: usize> Adaptation<N> {
     /// m, the factor of the drive, for |ξ|² of the joint's rules.
     #[inline]
     pub(crate) fn drive_factor(&self, s_norm: f64, xi_squared: f64) -> f64 {
-        let zone = if self.dead_zone < s_norm { 1.0 - self.dead_zone / s_norm } else { 0.0 };
-        zone / (1.0 + self.normalization * xi_squared)
+        weakened(self.dead_zone, self.normalization, s_norm, xi_squared)
     }
 
     /// κ_e |s| + κ_p, for the squared row norms |Dₙ|² and the growth Σ driveₙ (Dξ)ₙ of ½|D|².
@@ -119,4 +119,29 @@ impl<const N: usize> Adaptation<N> {
         let radius = self.projection_radius;
         if norm_squared > radius * radius { radius / sqrt(norm_squared) } else { 1.0 }
     }
+}
+
+/// m of a dead zone and a normalisation, for |s| and |ξ|².
+#[inline(always)]
+pub(super) fn weakened<T: Real>(dead_zone: T, normalization: T, s_norm: T, xi_squared: T) -> T {
+    let (zero, one) = (s_norm.like(0.0), s_norm.like(1.0));
+    let zone = dead_zone.if_less(s_norm, one - dead_zone / s_norm, zero);
+    zone / (one + normalization * xi_squared)
+}
+
+/// |s|.
+#[inline(always)]
+pub(super) fn size<const N: usize, T: Real>(s: &Vector<N, T>) -> T {
+    let mut squares = s[0] * s[0];
+    for n in 1..N {
+        squares += s[n] * s[n];
+    }
+    squares.sqrt()
+}
+
+/// What is left at a stage of what was there at the fraction `from` of the step.
+#[inline(always)]
+pub(super) fn left(leak_rate: f64, stage: &Stage<'_>, from: f64) -> f64 {
+    let leak = leak_rate * stage.step;
+    if leak == 0.0 { 1.0 } else { decay(leak * (stage.node - from)) }
 }

@@ -17,7 +17,7 @@ impl<const N: usize> Learns<'_, N> {
 pub(super) enum Kind<'a, const N: usize> {
     /// ρ̂ = 0.
     Nothing,
-    /// A grid a joint over two inputs, that moves by the law (18) alone.
+    /// A grid a joint over two inputs, whose weights nothing pulls but a leak.
     PerJoint(PerJointSide<'a, N>),
 }
 
@@ -32,9 +32,19 @@ pub(super) struct PerJointSide<'a, const N: usize> {
     pub p12: [f64; N],
     pub p22: [f64; N],
     pub gain: [f64; N],
+    pub leak_rate: f64,
+    pub dead_zone: f64,
+    pub normalization: f64,
     /// The rows of weights, of this length, rule after rule.
     pub weights: &'a [f64],
     pub row: usize,
     #[cfg(feature = "std")]
     pub advances: u64,
+}
+
+impl<const N: usize> PerJointSide<'_, N> {
+    /// Whether they move by the law (18) alone.
+    pub fn is_plain(&self) -> bool {
+        [self.leak_rate, self.dead_zone, self.normalization] == [0.0; 3]
+    }
 }

@@ -86,7 +86,7 @@ impl<const N: usize, const RULES: usize> Single<N, RULES> {
         let mut weights = [[0.0; RULES]; N];
         let learns = match compensator.learns(controller.settle(state)).map(|it| it.0) {
             Some(Kind::Nothing) => None,
-            Some(Kind::PerJoint(it)) => {
+            Some(Kind::PerJoint(it)) if it.is_plain() => {
                 let [rows, columns] = it.sets[0].each_ref().map(Spaced::len);
                 at_most("rules", rows * columns, RULES)?;
                 for (n, own) in weights.iter_mut().enumerate() {
@@ -103,7 +103,7 @@ impl<const N: usize, const RULES: usize> Single<N, RULES> {
                 let [p12, p22, gain] = [it.p12, it.p22, it.gain].map(|of| of.map(|x| x as f32));
                 Some(Grids { inputs, scales, sets, normalized, p12, p22, gain })
             }
-            None => {
+            _ => {
                 let wanted = "none, or a basis per joint over two inputs with evenly stepped \
                               sets, which moves by the law (18) alone and is not frozen";
                 return Err(Error::not_single("compensator", wanted));

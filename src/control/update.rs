@@ -4,10 +4,11 @@
 //! The compensator that holds the weights brings `own = Dξ` of every stage and the products
 //! `gram = ξᵢ·ξⱼ`. All else is here.
 
+use super::adaptation::{left, size};
 use super::stages::{DENSE, Stages};
 use super::{Adaptation, Audit, Gains, Inputs, Sample, Stage};
 use crate::error::{Error, Result};
-use crate::math::{FNV_START, TINY_TERM, Vector, decay, fnv_of, sqrt, unless_tiny};
+use crate::math::{FNV_START, TINY_TERM, Vector, fnv_of, sqrt, unless_tiny};
 use crate::riccati::{JointSolution, joint};
 
 /// Weights stay below this, so that their squares are finite.
@@ -114,8 +115,7 @@ impl<const N: usize> Update<N> {
     /// The weights of every joint at a stage, in terms of those at the start of the step.
     #[inline(always)]
     pub fn mix(&self, stages: &mut Stages<N>, stage: &Stage<'_>, leak_rate: f64) {
-        let leak = leak_rate * stage.step;
-        let fade = |from: f64| if leak == 0.0 { 1.0 } else { decay(leak * (stage.node - from)) };
+        let fade = |from| left(leak_rate, stage, from);
         let Stages { drive, pull, mixes, .. } = stages;
         let (past, rest) = mixes.split_at_mut(stage.index);
         let mix = &mut rest[0];
@@ -200,7 +200,7 @@ impl<const N: usize> Update<N> {
     fn record_rates(&self, stages: &mut Stages<N>, i: usize, s: &Vector<N>) {
         let adaptation = &self.parameters.adaptation;
         let (weakens, pulls) = (adaptation.weakens_drive(), adaptation.pulls_by_state());
-        let s_norm = if weakens || pulls { sqrt(s.norm_squared()) } else { 0.0 };
+        let s_norm = if weakens || pulls { size(s) } else { 0.0 };
         for n in 0..N {
             let xi_squared = stages.gram[i][i][n];
             let factor = if weakens { adaptation.drive_factor(s_norm, xi_squared) } else { 1.0 };

@@ -128,7 +128,7 @@ fn runs<S: Simd, const C: usize>(row: &[f64], first: usize) -> &[S::f64s] {
 
 /// Where a step keeps less than this of the weights, tiny ones are set to zero at once. Otherwise
 /// it is enough once in 256 steps: what was not tiny then is still larger than 1e-140.
-const FADES_FAST: f64 = 0.85;
+pub(crate) const FADES_FAST: f64 = 0.85;
 
 /// w ← keep w + Σ c ξ for equally many c and ξ; returns |w|² of the result.
 #[inline(always)]

@@ -70,7 +70,7 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
     }
 
     /// What of it is put beside others: a grid for each joint over two inputs on lattices, whose
-    /// weights move by the law (18) alone.
+    /// weights nothing pulls but a leak, to zero.
     fn per_joint_side<'a, B: Buffer>(
         &'a self,
         state: &'a FuzzyState<N, B>,
@@ -78,8 +78,8 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
         let FuzzyParameters { inputs, adaptation, .. } = &self.update.parameters;
         let per_joint = self.basis.form() == Form::PerJoint { joints: N };
         let small = state.norms.iter().all(|norm| *norm < MOST_NORM);
-        let plain = !adaptation.pulls() && !adaptation.weakens_drive() && !state.frozen && small;
-        if !per_joint || !plain || inputs.signals().len() != 2 || !self.basis.is_inner() {
+        let free = !adaptation.pulls_by_state() && !state.frozen && !state.prior && small;
+        if !per_joint || !free || inputs.signals().len() != 2 || !self.basis.is_inner() {
             return None;
         }
         let mut sets = [[Spaced::NONE; 2]; N];
@@ -93,6 +93,9 @@ impl<const N: usize, T: Buffer> FuzzyCompensator<N, T> {
             p12: self.update.p.each_ref().map(|p| p.p12),
             p22: self.update.p.each_ref().map(|p| p.p22),
             gain: adaptation.gain,
+            leak_rate: adaptation.leak_rate,
+            dead_zone: adaptation.dead_zone,
+            normalization: adaptation.normalization,
             weights: state.memory.as_slice(),
             row: self.basis.row_len(),
             #[cfg(feature = "std")]

@@ -12,12 +12,12 @@ use crate::arm::{
     TwoLinkParameters,
 };
 use crate::control::{
-    ComputedTorque, Controller, EstimatorsAbreast, FuzzyCompensator, FuzzyParameters, Gains,
-    Limits, NoCompensation, State,
+    Adaptation, ComputedTorque, Controller, EstimatorsAbreast, FuzzyCompensator, FuzzyParameters,
+    Gains, Limits, NoCompensation, State,
 };
 use crate::effects::{Actuators, Effects, Sensors, Timing};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
-use crate::math::{Matrix, Vector};
+use crate::math::{Matrix, Vector, none_missing};
 use crate::plant::Plant;
 use crate::reference::{Harmonic, Setpoint, Sines};
 
@@ -204,6 +204,36 @@ fn bases_on_any_sets_go_side_by_side() {
                 let way = (period, Effects::default());
                 assert_eq!(together(&plants, controller, &state, way), [true; LANES]);
             }
+        }
+    }
+}
+
+/// A leak, also one that fades weights within a period, a dead zone and a normalisation go side by
+/// side; what pulls weights by their size does not, but its arms do.
+#[test]
+fn laws_that_leak_or_weaken_the_drive_go_side_by_side() {
+    let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, Friction::default())));
+    let gains = Gains::new([20.0; 2], [8.0; 2]).unwrap();
+    let base = Adaptation { gain: [300.0; 2], ..Adaptation::default() };
+    let leaks = [0.3, 200.0].map(|leak_rate| Adaptation { leak_rate, ..base });
+    let weakened = Adaptation { dead_zone: 0.2, normalization: 3.0, ..base };
+    let all = Adaptation { leak_rate: 0.1, ..weakened };
+    let pulled = Adaptation { error_modification: 0.1, ..all };
+    let laws = [(leaks[0], true), (leaks[1], true), (weakened, true), (all, true), (pulled, false)];
+    for (adaptation, goes) in laws {
+        let axis = Axis { centers: &[-1.0, -0.5, 0.0, 0.5, 1.0], widths: &[0.6] };
+        let basis = FuzzyBasis::new(Form::PerJoint { joints: 2 }, true, &[axis; 4]).unwrap();
+        let parameters = FuzzyParameters { adaptation, ..FuzzyParameters::default() };
+        let learns = FuzzyCompensator::new(basis, &gains, parameters).unwrap();
+        let side = learns.state();
+        let each = [learns.learns(&side); LANES];
+        let abreast = none_missing(each).and_then(EstimatorsAbreast::of);
+        assert_eq!(abreast.is_some(), goes, "{adaptation:?}");
+        let law = ComputedTorque::new(two_link(4.0, Friction::default()), gains);
+        let (controller, state) = (&Controller::new(law, learns), State::new(side));
+        for period in [None, Some(1e-3)] {
+            let way = (period, Effects::default());
+            assert_eq!(together(&plants, controller, &state, way), [true; LANES]);
         }
     }
 }
