@@ -8,7 +8,9 @@ use super::planar::{Planar, back, two};
 use super::serial::{Chain, Frames, Links, Part};
 use super::side::{Form, Side};
 use super::{Factor, JointFriction};
-use crate::math::{Abreast, LANES, Load, Matrix, Real, Register, Vector, in_lanes, none_missing};
+use crate::math::{
+    Abreast, LANES, Load, Matrix, Real, Register, Vector, column, dot, in_lanes, none_missing,
+};
 
 /// Arms side by side, without stops and dry friction.
 #[derive(Clone, Debug)]
@@ -157,13 +159,40 @@ pub(crate) trait Alike<const N: usize> {
         frames: &mut Frames<N, Abreast>,
     ) -> Self::Moves<S>;
 
-    /// Writes M and C q̇ + G, from the frames of the motion.
-    fn write_dynamics<S: Simd>(
+    /// Writes M, from the frames of the motion.
+    fn write_mass_matrix<S: Simd>(
         &self,
         at: (S, usize),
         motion: (Self::Moves<S>, &mut Frames<N, Abreast>),
-        dynamics: Dynamics<'_, N, S>,
+        mass: &mut Matrix<N, Register<S>>,
     );
+
+    /// C q̇ + G, from the same.
+    fn bias<S: Simd>(
+        &self,
+        at: (S, usize),
+        motion: (Self::Moves<S>, &Frames<N, Abreast>),
+    ) -> Vector<N, Register<S>>;
+
+    /// Writes both.
+    #[inline(always)]
+    fn write_dynamics<S: Simd>(
+        &self,
+        at: (S, usize),
+        (moves, frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        (mass, bias): Dynamics<'_, N, S>,
+    ) {
+        self.write_mass_matrix(at, (moves, &mut *frames), mass);
+        *bias = self.bias(at, (moves, frames));
+    }
+
+    /// Cᵀ q̇, from the frames of the motion.
+    fn carried<S: Simd>(
+        &self,
+        at: (S, usize),
+        motion: (Self::Moves<S>, &mut Frames<N, Abreast>),
+        dq: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>>;
 
     /// M⁻¹ `net`.
     fn solve<S: Simd>(
@@ -194,13 +223,38 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     }
 
     #[inline(always)]
-    fn write_dynamics<S: Simd>(
+    fn write_mass_matrix<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        (Planes { first, second, dq }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
-        (mass, bias): Dynamics<'_, N, S>,
+        (Planes { second, .. }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        mass: &mut Matrix<N, Register<S>>,
     ) {
-        (*mass, *bias) = self.load(simd, part).dynamics(first, second, &dq);
+        let own = self.load(simd, part).mass(second.1);
+        for j in 0..N {
+            for i in 0..N {
+                mass[(i, j)] = own[(i.min(1), j.min(1))];
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn bias<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        (Planes { first, second, dq }, _): (Self::Moves<S>, &Frames<N, Abreast>),
+    ) -> Vector<N, Register<S>> {
+        back(&self.load(simd, part).rigid_at(first, second, &dq))
+    }
+
+    #[inline(always)]
+    fn carried<S: Simd>(
+        &self,
+        (simd, part): (S, usize),
+        (Planes { second, dq, .. }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        _: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        let [first, other] = self.load(simd, part).coriolis(second.0, &dq);
+        back(&column([dot(&column(first), &dq), dot(&column(other), &dq)]))
     }
 
     #[inline(always)]
@@ -230,15 +284,32 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     }
 
     #[inline(always)]
-    fn write_dynamics<S: Simd>(
+    fn write_mass_matrix<S: Simd>(
         &self,
         at: (S, usize),
         ((), frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
-        (mass, bias): Dynamics<'_, N, S>,
+        mass: &mut Matrix<N, Register<S>>,
     ) {
-        let part = Part { chains: self, at };
-        part.write_mass_matrix(frames, mass);
-        *bias = part.bias(frames);
+        Part { chains: self, at }.write_mass_matrix(frames, mass);
+    }
+
+    #[inline(always)]
+    fn bias<S: Simd>(
+        &self,
+        at: (S, usize),
+        ((), frames): (Self::Moves<S>, &Frames<N, Abreast>),
+    ) -> Vector<N, Register<S>> {
+        Part { chains: self, at }.bias(frames)
+    }
+
+    #[inline(always)]
+    fn carried<S: Simd>(
+        &self,
+        at: (S, usize),
+        ((), frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        dq: &Vector<N, Register<S>>,
+    ) -> Vector<N, Register<S>> {
+        Part { chains: self, at }.carried(dq, frames)
     }
 
     #[inline(always)]

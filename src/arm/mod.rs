@@ -10,6 +10,8 @@ mod abreast;
 mod factor;
 mod friction;
 mod implicit;
+#[cfg(feature = "std")]
+mod models;
 mod parametric;
 mod planar;
 mod posed;
@@ -24,6 +26,8 @@ pub(crate) use abreast::{Alike, ArmsAbreast, Dynamics, Frictions, Kind};
 pub(crate) use factor::Factor;
 pub use friction::{Friction, JointFriction};
 pub(crate) use implicit::Implicit;
+#[cfg(feature = "std")]
+pub(crate) use models::ModelsAbreast;
 pub use parametric::{Parametric, Regressor};
 pub(crate) use posed::Posed;
 pub(crate) use resistance::Resistance;

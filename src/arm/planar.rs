@@ -53,6 +53,14 @@ impl<T: Real> Planar<T> {
         bias
     }
 
+    /// C from sin q₂, by columns.
+    #[inline(always)]
+    pub fn coriolis(&self, sin_2: T, dq: &Vector<2, T>) -> [[T; 2]; 2] {
+        // c = −θ₂ sin q₂,  C = [c q̇₂, c (q̇₁ + q̇₂); −c q̇₁, 0]
+        let c = -self.theta[1] * sin_2;
+        [[c * dq[1], -c * dq[0]], [c * (dq[0] + dq[1]), c.like(0.0)]]
+    }
+
     /// G from sine and cosine of q₁ and of q₂, with cos(q₁ + q₂) by the addition theorem.
     #[inline(always)]
     pub fn gravity_at(&self, (sin_1, cos_1): (T, T), (sin_2, cos_2): (T, T)) -> Vector<2, T> {

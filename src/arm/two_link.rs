@@ -15,7 +15,7 @@ use super::Side;
 use super::planar::Planar;
 use super::{Arm, Friction, JointFriction, Pose, Posed, Tip};
 use crate::error::{Result, finite, positive, within};
-use crate::math::{Matrix, Vector, sin_cos};
+use crate::math::{Matrix, Vector, columns, sin_cos};
 
 /// Masses and sizes of a [`TwoLink`]. The default is the paper's nominal arm: horizontal, without
 /// friction.
@@ -170,9 +170,7 @@ impl Arm<2> for TwoLink {
 
     #[inline]
     fn coriolis(&self, q: &Vector<2>, dq: &Vector<2>) -> Matrix<2> {
-        // c = −θ₂ sin q₂,  C = [c q̇₂, c (q̇₁ + q̇₂); −c q̇₁, 0]
-        let c = -self.planar.theta[1] * sin_cos(q[1]).0;
-        Matrix::<2>::new(c * dq[1], c * (dq[0] + dq[1]), -c * dq[0], 0.0)
+        columns(self.planar.coriolis(sin_cos(q[1]).0, dq))
     }
 
     #[inline]

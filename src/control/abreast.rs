@@ -7,9 +7,10 @@ use super::computed_torque::computed;
 use super::fuzzy_compensator::PerJoint;
 use super::gains::feedback;
 use super::learns::Kind as Side;
+use super::memories::Memories;
 use super::{Demand, Gains, Learns, Sample, Stage};
 use crate::arm::{self, ArmsAbreast};
-use crate::math::{Abreast, LANES, Load, Matrix, Register, Vector};
+use crate::math::{Abreast, LANES, Load, Matrix, Register, Vector, none_missing};
 
 /// Laws of computed torque side by side, for many runs at a time.
 #[derive(Clone, Debug)]
@@ -56,22 +57,30 @@ pub(crate) struct EstimatorsAbreast<const N: usize>(Kind<N>);
 enum Kind<const N: usize> {
     Nothing(Vector<N, Abreast>),
     PerJoint(Box<PerJoint<N>>),
+    Memories(Box<Memories<N>>),
 }
 
 impl<const N: usize> EstimatorsAbreast<N> {
     /// These compensators; `None` if they cannot be put side by side.
     pub fn of(each: [Learns<'_, N>; LANES]) -> Option<Self> {
-        let Side::PerJoint(first) = each[0].0 else {
-            let nothing = each.iter().all(|it| matches!(it.0, Side::Nothing));
-            let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
-            return nothing.then_some(Self(Kind::Nothing(zeros)));
+        let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
+        let kind = match each[0].0 {
+            Side::Nothing => {
+                let nothing = each.iter().all(|it| matches!(it.0, Side::Nothing));
+                nothing.then_some(Kind::Nothing(zeros))
+            }
+            Side::PerJoint(_) => {
+                let sides =
+                    each.map(|it| if let Side::PerJoint(it) = it.0 { Some(it) } else { None });
+                PerJoint::of(none_missing(sides)?).map(Box::new).map(Kind::PerJoint)
+            }
+            Side::Memory(_) => {
+                let sides =
+                    each.map(|it| if let Side::Memory(it) = it.0 { Some(it) } else { None });
+                Memories::of(none_missing(sides)?).map(Box::new).map(Kind::Memories)
+            }
         };
-        let mut all = [first; LANES];
-        for (to, it) in all.iter_mut().zip(each) {
-            let Side::PerJoint(own) = it.0 else { return None };
-            *to = own;
-        }
-        PerJoint::of(all).map(Box::new).map(Kind::PerJoint).map(Self)
+        kind.map(Self)
     }
 
     /// ρ̂ of each at a stage; one that cannot tell it is `lost`.
@@ -88,26 +97,35 @@ impl<const N: usize> EstimatorsAbreast<N> {
                 all.estimate(arch, stage, seen, lost);
                 &all.estimate
             }
+            Kind::Memories(all) => {
+                all.estimate(arch, stage, seen);
+                &all.estimate
+            }
         }
     }
 
-    /// As [`Compensator::acted`](super::Compensator::acted) of each.
+    /// As [`Compensator::acted`](super::Compensator::acted) of each, where torques are `limited` or
+    /// not.
     pub fn acted(
         &mut self,
         arch: Arch,
         index: usize,
-        asked: &Vector<N, Abreast>,
-        applied: &Vector<N, Abreast>,
+        (asked, applied): (&Vector<N, Abreast>, &Vector<N, Abreast>),
+        limited: bool,
     ) {
-        if let Kind::PerJoint(all) = &mut self.0 {
-            all.acted(arch, index, asked, applied);
+        match &mut self.0 {
+            Kind::PerJoint(all) if limited => all.acted(arch, index, asked, applied),
+            Kind::Memories(all) => all.acted(arch, index, asked, applied),
+            _ => {}
         }
     }
 
-    /// As [`Compensator::advance`](super::Compensator::advance) of each.
-    pub fn advance(&mut self, arch: Arch, end: &Stage<'_>) {
-        if let Kind::PerJoint(all) = &mut self.0 {
-            all.advance(arch, end);
+    /// As [`Compensator::advance`](super::Compensator::advance) of each; one that cannot is `lost`.
+    pub fn advance(&mut self, arch: Arch, end: &Stage<'_>, lost: &mut Abreast) {
+        match &mut self.0 {
+            Kind::Nothing(_) => {}
+            Kind::PerJoint(all) => all.advance(arch, end),
+            Kind::Memories(all) => all.advance(arch, end, lost),
         }
     }
 }

@@ -11,7 +11,7 @@
 
 use super::Stage;
 use crate::error::{Result, accepted, non_negative, positive};
-use crate::math::{Real, Vector, decay, sqrt};
+use crate::math::{Real, Vector, decay, dot, sqrt};
 
 /// The projection starts to act at this fraction of its radius (Pomet and Praly 1992).
 const PROJECTION_ONSET: f64 = 0.9;
@@ -132,11 +132,7 @@ pub(super) fn weakened<T: Real>(dead_zone: T, normalization: T, s_norm: T, xi_sq
 /// |s|.
 #[inline(always)]
 pub(super) fn size<const N: usize, T: Real>(s: &Vector<N, T>) -> T {
-    let mut squares = s[0] * s[0];
-    for n in 1..N {
-        squares += s[n] * s[n];
-    }
-    squares.sqrt()
+    dot(s, s).sqrt()
 }
 
 /// What is left at a stage of what was there at the fraction `from` of the step.

@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use std::boxed::Box;
 
 use super::saved::Saves;
-use super::{Applied, Audit, Channel, Compensator, Gains, Law, Sample, Stage};
+use super::{Applied, Audit, Channel, Compensator, Gains, Law, Learns, Sample, Stage};
 use crate::arm::Side;
 use crate::error::Result;
 use crate::math::{Matrix, Vector};
@@ -74,6 +74,7 @@ impl Clone for Box<dyn Remembers> {
 /// A compensator, of whatever type, with states of its own.
 trait Erased<const N: usize>: Send + Sync {
     fn state(&self) -> Box<dyn Remembers>;
+    fn learns<'a>(&'a self, state: &'a dyn Any) -> Option<Learns<'a, N>>;
     fn sampled_only(&self) -> bool;
     fn channels(&self) -> &'static [Channel];
     fn form(&self) -> Form;
@@ -125,6 +126,10 @@ where
 {
     fn state(&self) -> Box<dyn Remembers> {
         Box::new((self.new)(&self.compensator))
+    }
+
+    fn learns<'a>(&'a self, state: &'a dyn Any) -> Option<Learns<'a, N>> {
+        own!(state, downcast_ref, self.compensator.learns(state), None)
     }
 
     fn sampled_only(&self) -> bool {
@@ -236,6 +241,10 @@ impl<const N: usize> Compensator<N, BoxedState> for BoxedCompensator<N> {
 
     fn audit(&self, state: &BoxedState, i: usize, seen: &Sample<N>) -> Option<Audit<N>> {
         self.0.audit(&*state.inner, i, seen)
+    }
+
+    fn learns<'a>(&'a self, state: &'a BoxedState) -> Option<Learns<'a, N>> {
+        if state.frozen { None } else { self.0.learns(&*state.inner) }
     }
 
     fn sampled_only(&self) -> bool {

@@ -6,7 +6,8 @@
 //! `z = z₀ + h Σ aⱼ żⱼ`, and to a sampled controller's Euler step.
 
 use super::bytes::{Numbers, put_all};
-use super::{Applied, Audit, Compensator, MAX_STAGES, Sample, Saves, Stage};
+use super::learns::{Kind, MemorySide};
+use super::{Applied, Audit, Compensator, Learns, MAX_STAGES, Moved, Sample, Saves, Stage};
 use crate::error::{Result, finite};
 use crate::math::Vector;
 
@@ -28,6 +29,12 @@ pub trait Dynamic<const N: usize, const K: usize> {
     /// ż [1/s]. An integrator of the error holds where the torque was [limited](Applied::limited).
     /// An observer of the arm goes on with the torque that acted.
     fn rate(&self, z: &Vector<K>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<K>;
+
+    /// What moves z, where that can be put beside others, for many runs at a time: z is then a
+    /// number a joint. `None` by default: it is asked by itself.
+    fn moved(&self) -> Option<Moved<'_, N>> {
+        None
+    }
 
     /// A number for its parameters: with others, z says something else. The default is 0.
     fn tuning(&self) -> u64 {
@@ -113,6 +120,12 @@ impl<const N: usize, const K: usize, D: Dynamic<N, K>> Compensator<N, DynamicSta
         state.rates[0] = state.rates[last];
         state.start = state.z.unwrap_or(state.start);
         true
+    }
+
+    fn learns<'a>(&'a self, state: &'a DynamicState<K>) -> Option<Learns<'a, N>> {
+        let moved = self.moved().filter(|_| const { K == N })?;
+        let z = state.z.map(|z| Vector::from_fn(|n, _| z[n]));
+        Some(Learns(Kind::Memory(MemorySide { z, moved })))
     }
 
     fn reset(&self, state: &mut DynamicState<K>) {

@@ -1,7 +1,9 @@
 //! What compensates, as one of several that stand side by side.
 
 use super::Inputs;
+use crate::arm::Side;
 use crate::fuzzy::Spaced;
+use crate::math::{Real, Vector};
 
 /// What of a compensator and its state is put beside others, for many runs at a time.
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +21,81 @@ pub(super) enum Kind<'a, const N: usize> {
     Nothing,
     /// A grid a joint over two inputs, whose weights nothing pulls but a leak.
     PerJoint(PerJointSide<'a, N>),
+    /// A memory of a number a joint.
+    Memory(MemorySide<'a, N>),
+}
+
+/// What moves a memory of a number a joint, and makes ρ̂ of it; see [`Dynamic`](super::Dynamic).
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "std"), expect(dead_code, reason = "many runs need threads"))]
+pub struct Moved<'a, const N: usize> {
+    /// K_I, Y, or the pole.
+    pub(super) gain: [f64; N],
+    pub(super) by: Mover<'a, N>,
+}
+
+/// What moves it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Mover<'a, const N: usize> {
+    Error,
+    /// An observer of the acceleration, or of the momentum, and the arm that it believes in.
+    Acceleration(Side<'a, N>),
+    Momentum(Side<'a, N>),
+}
+
+impl<'a, const N: usize> Moved<'a, N> {
+    /// ρ̂ = K_I z by ż = e, or 0 where the torque is limited.
+    pub(crate) fn by_error(ki: [f64; N]) -> Self {
+        Self { gain: ki, by: Mover::Error }
+    }
+
+    /// ρ̂ = −M₀⁻¹ d̂ with d̂ = z − Y q̇ by ż = Y M₀⁻¹ (τ_a − H₀ − d̂), which is zero at first.
+    pub(crate) fn by_acceleration(arm: Side<'a, N>, gain: [f64; N]) -> Self {
+        Self { gain, by: Mover::Acceleration(arm) }
+    }
+
+    /// ρ̂ = −M₀⁻¹ r with r = l (z − M₀ q̇) by ż = τ_a + C₀ᵀ q̇ − G₀ − f₀ − r, which is zero at
+    /// first.
+    pub(crate) fn by_momentum(arm: Side<'a, N>, pole: f64) -> Self {
+        Self { gain: [pole; N], by: Mover::Momentum(arm) }
+    }
+}
+
+/// d̂ = z − Y q̇ [N·m].
+#[inline(always)]
+pub(crate) fn pushed<const N: usize, T: Real>(
+    z: &Vector<N, T>,
+    gain: &[T; N],
+    dq: &Vector<N, T>,
+) -> Vector<N, T> {
+    let mut pushed = *z;
+    for n in 0..N {
+        pushed[n] -= gain[n] * dq[n];
+    }
+    pushed
+}
+
+/// r = l (z − p) [N·m].
+#[inline(always)]
+pub(crate) fn missed<const N: usize, T: Real>(
+    z: &Vector<N, T>,
+    momentum: &Vector<N, T>,
+    pole: T,
+) -> Vector<N, T> {
+    let mut missed = *z;
+    for n in 0..N {
+        missed[n] -= momentum[n];
+        missed[n] = missed[n] * pole;
+    }
+    missed
+}
+
+/// A memory, and what moves it.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "std"), expect(dead_code, reason = "many runs need threads"))]
+pub(super) struct MemorySide<'a, const N: usize> {
+    pub z: Option<Vector<N>>,
+    pub moved: Moved<'a, N>,
 }
 
 /// A grid a joint, and its weights.

@@ -30,6 +30,8 @@ mod kernel_compensator;
 mod law;
 mod learns;
 mod limits;
+#[cfg(feature = "std")]
+mod memories;
 mod sample;
 mod saved;
 mod single;
@@ -65,7 +67,8 @@ pub(crate) use guard::{Seen, Turn};
 pub use inputs::{Inputs, Signal};
 pub use kernel_compensator::{KernelCompensator, KernelParameters, KernelState};
 pub use law::{Applied, Demand, Law};
-pub use learns::Learns;
+pub use learns::{Learns, Moved};
+pub(crate) use learns::{missed, pushed};
 pub use limits::Limits;
 pub use sample::Sample;
 pub use saved::{Origin, Saves};

@@ -7,7 +7,7 @@
 use super::bandwidth::{fastest_pole, inertia_weights};
 use super::believed;
 use crate::arm::{Arm, Factor};
-use crate::control::{Applied, Dynamic, Sample};
+use crate::control::{Applied, Dynamic, Moved, Sample, pushed};
 use crate::error::{Result, positive, within};
 use crate::math::{Vector, fnv_of};
 
@@ -52,7 +52,7 @@ impl<const N: usize, A: Arm<N>> DisturbanceObserver<N, A> {
 
     /// d̂ [N·m].
     fn disturbance(&self, z: &Vector<N>, seen: &Sample<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| z[n] - self.gain[n] * seen.dq[n])
+        pushed(z, &self.gain, &seen.dq)
     }
 }
 
@@ -70,6 +70,10 @@ impl<const N: usize, A: Arm<N>> Dynamic<N, N> for DisturbanceObserver<N, A> {
         let rest = applied.tau - self.disturbance(z, seen);
         let rate = believed(&self.arm, seen, &rest);
         Vector::from_fn(|n, _| self.gain[n] * rate[n])
+    }
+
+    fn moved(&self) -> Option<Moved<'_, N>> {
+        Some(Moved::by_acceleration(self.arm.side()?, self.gain))
     }
 
     fn tuning(&self) -> u64 {

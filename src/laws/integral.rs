@@ -5,7 +5,7 @@
 //! `k_v k_p > k_i`. Source: Lewis, Dawson, Abdallah, Robot Manipulator Control, 4.4.
 
 use super::sliding_mode::Mismatch;
-use crate::control::{Applied, Dynamic, Gains, Sample};
+use crate::control::{Applied, Dynamic, Gains, Moved, Sample};
 use crate::error::{Error, Result, positive};
 use crate::math::{FNV_START, Vector, fnv_of};
 
@@ -67,6 +67,10 @@ impl<const N: usize> Dynamic<N, N> for Integral<N> {
 
     fn rate(&self, _: &Vector<N>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<N> {
         if applied.limited() { Vector::zeros() } else { seen.e }
+    }
+
+    fn moved(&self) -> Option<Moved<'_, N>> {
+        Some(Moved::by_error(self.ki))
     }
 
     fn tuning(&self) -> u64 {

@@ -6,9 +6,9 @@
 //! Source: De Luca and Mattone 2003.
 
 use crate::arm::{Arm, Factor};
-use crate::control::{Applied, Dynamic, Sample};
+use crate::control::{Applied, Dynamic, Moved, Sample, missed};
 use crate::error::{Result, positive, within};
-use crate::math::{Vector, fnv_of};
+use crate::math::{Vector, dot, fnv_of, product};
 
 /// The observer on the nominal arm; its memory is p̂.
 #[derive(Clone, Copy, Debug)]
@@ -49,26 +49,31 @@ impl<A> MomentumObserver<A> {
     where
         A: Arm<N>,
     {
-        (z - self.arm.mass_matrix(&seen.q) * seen.dq) * self.pole
+        missed(z, &product(&self.arm.mass_matrix(&seen.q), &seen.dq), self.pole)
     }
 }
 
 impl<const N: usize, A: Arm<N>> Dynamic<N, N> for MomentumObserver<A> {
     /// r = 0.
     fn start(&self, seen: &Sample<N>) -> Vector<N> {
-        self.arm.mass_matrix(&seen.q) * seen.dq
+        product(&self.arm.mass_matrix(&seen.q), &seen.dq)
     }
 
     fn estimate(&self, z: &Vector<N>, seen: &Sample<N>) -> Vector<N> {
         let mass = self.arm.mass_matrix(&seen.q);
-        -Factor::of(&mass).solve(&((z - mass * seen.dq) * self.pole))
+        -Factor::of(&mass).solve(&missed(z, &product(&mass, &seen.dq), self.pole))
     }
 
     fn rate(&self, z: &Vector<N>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<N> {
         let Sample { q, dq, .. } = seen;
-        let carried = self.arm.coriolis(q, dq).tr_mul(dq);
+        let coriolis = self.arm.coriolis(q, dq);
+        let carried = Vector::from_fn(|n, _| dot(&coriolis.column(n).into(), dq));
         let held = self.arm.gravity(q) + self.arm.friction(dq);
         applied.tau + carried - held - self.residual(z, seen)
+    }
+
+    fn moved(&self) -> Option<Moved<'_, N>> {
+        Some(Moved::by_momentum(self.arm.side()?, self.pole))
     }
 
     fn tuning(&self) -> u64 {

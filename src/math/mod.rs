@@ -21,7 +21,7 @@ pub(crate) use exponential::exponential;
 #[cfg(feature = "std")]
 pub(crate) use exponential::exponentials;
 pub use real::Real;
-pub(crate) use real::product;
+pub(crate) use real::{dot, product};
 #[cfg(feature = "std")]
 pub(crate) use register::store;
 #[cfg(feature = "std")]

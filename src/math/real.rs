@@ -163,6 +163,16 @@ impl Real for f64 {
     }
 }
 
+/// x·y, entry after entry.
+#[inline(always)]
+pub(crate) fn dot<const N: usize, T: Real>(x: &Vector<N, T>, y: &Vector<N, T>) -> T {
+    let mut sum = x[0] * y[0];
+    for n in 1..N {
+        sum += x[n] * y[n];
+    }
+    sum
+}
+
 /// M x, column by column.
 #[inline(always)]
 pub(crate) fn product<const N: usize, T: Real>(

@@ -86,6 +86,7 @@ impl<const N: usize> Compensator<N, Memory<N>> for AnyCompensator<N> {
         match (self, memory) {
             (Self::None, _) => Some(Learns::NOTHING),
             (Self::Fuzzy(fuzzy), Memory::Fuzzy(state)) => fuzzy.learns(state),
+            (Self::Other(it, _), Memory::Other(state)) => Compensator::learns(it, state),
             _ => None,
         }
     }

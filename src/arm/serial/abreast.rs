@@ -1,10 +1,10 @@
 //! Chains side by side, a chain a lane.
 
-use super::inverse::{Spread, Wrench};
+use super::inverse::{PolarMoving, Spread, Wrench};
 use super::joint::{Chain, Joint, Mass};
-use super::links::{Frame, Links};
+use super::links::{Frame, Frames, Links};
 use super::space::{Sym3, Turn, V3};
-use crate::math::{Abreast, LANES, Load, Register};
+use crate::math::{Abreast, LANES, Load, Real, Register, Vector, dot};
 use pulp::Simd;
 
 impl<const N: usize> Chain<N, Abreast> {
@@ -80,6 +80,41 @@ impl<const N: usize, S: Simd> Links<N, Register<S>> for Part<'_, N, S> {
             s: s.load(simd, part),
             column: Wrench { f: column.f.load(simd, part), n: column.n.load(simd, part) },
         }
+    }
+}
+
+impl<const N: usize, S: Simd> Part<'_, N, S> {
+    /// Cᵀ q̇, from the turns that were found: a column of C is what the polar form gives for one
+    /// joint that moves.
+    #[inline(always)]
+    pub fn carried(
+        &self,
+        dq: &Vector<N, Register<S>>,
+        frames: &mut Frames<N, Abreast>,
+    ) -> Vector<N, Register<S>> {
+        let zero = V3::zero_like(self.gravity().x);
+        let (mut carried, mut column) = (*dq, *dq);
+        for j in 0..N {
+            let mut moving = PolarMoving::base(zero);
+            for i in 0..N {
+                let (joint, Frame { turn, .. }) = (self.joint(i), self.kept(&frames[i]));
+                let moves = zero.x.like(if i == j { 1.0 } else { 0.0 });
+                moving = moving.outward(&turn, joint.revolute, [dq[i], moves, zero.x]);
+                self.keep_column(&joint.wrench(&moving.s, moving.a), &mut frames[i]);
+            }
+            let mut beyond = Wrench { f: zero, n: zero };
+            for i in (0..N).rev() {
+                let (joint, Frame { turn, column: own, .. }) =
+                    (self.joint(i), self.kept(&frames[i]));
+                let all = own.plus(&beyond);
+                column[i] = all.along(joint.revolute);
+                if i > 0 {
+                    beyond = all.inward(&turn);
+                }
+            }
+            carried[j] = dot(&column, dq);
+        }
+        carried
     }
 }
 

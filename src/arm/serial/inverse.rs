@@ -177,6 +177,44 @@ impl<T: Real> Moving<T> {
     }
 }
 
+/// The same of the polar form, with both angular velocities.
+#[derive(Clone, Copy)]
+pub(super) struct PolarMoving<T> {
+    w: V3<T>,
+    wr: V3<T>,
+    dw: V3<T>,
+    pub a: V3<T>,
+    pub s: Spread<T>,
+}
+
+impl<T: Real> PolarMoving<T> {
+    /// The base, which `upward` accelerates.
+    #[inline(always)]
+    pub fn base(upward: V3<T>) -> Self {
+        let zero = V3::zero_like(upward.x);
+        Self { w: zero, wr: zero, dw: zero, a: upward, s: Spread::new(zero, zero) }
+    }
+
+    /// The frame that turns so against this one, and does so, or slides, with q̇, q̇_r and q̈_r.
+    #[inline(always)]
+    pub fn outward(&self, turn: &Turn<T>, revolute: bool, [dq, dq_r, ddq_r]: [T; 3]) -> Self {
+        let zero = dq.like(0.0);
+        let mut a = turn.outward(self.a + self.s.at(turn.p));
+        let (mut w, mut wr) = (turn.outward(self.w), turn.outward(self.wr));
+        let mut dw = turn.outward(self.dw);
+        let turning = w.cross_z() * dq_r + wr.cross_z() * dq;
+        let faster = V3::new(zero, zero, ddq_r);
+        if revolute {
+            dw += turning * zero.like(0.5) + faster;
+            w.z += dq;
+            wr.z += dq_r;
+        } else {
+            a += turning + faster;
+        }
+        Self { w, wr, dw, a, s: Spread::polar(w, wr, dw) }
+    }
+}
+
 impl<const N: usize, T: Real> Chain<N, T> {
     /// M q̈ + C q̇ + G without friction and armature; `upward` is −g, or zero for none.
     #[inline(always)]
@@ -225,26 +263,12 @@ impl<const N: usize> Chain<N> {
         (dq_r, ddq_r): (&Vector<N>, &Vector<N>),
         upward: V3,
     ) -> Vector<N> {
-        let (mut w, mut wr, mut dw, mut a) = (V3::ZERO, V3::ZERO, V3::ZERO, upward);
-        let mut s = Spread::new(w, dw);
+        let mut moving = PolarMoving::base(upward);
         let mut wrenches = [Wrench::ZERO; N];
         for i in 0..N {
-            let (joint, turn) = (&self.joints[i], &turns[i]);
-            a = turn.outward(a + s.at(turn.p));
-            w = turn.outward(w);
-            wr = turn.outward(wr);
-            dw = turn.outward(dw);
-            let turning = w.cross_z() * dq_r[i] + wr.cross_z() * dq[i];
-            let faster = V3::new(0.0, 0.0, ddq_r[i]);
-            if joint.revolute {
-                dw += turning * 0.5 + faster;
-                w.z += dq[i];
-                wr.z += dq_r[i];
-            } else {
-                a += turning + faster;
-            }
-            s = Spread::polar(w, wr, dw);
-            wrenches[i] = joint.wrench(&s, a);
+            let (joint, rates) = (&self.joints[i], [dq[i], dq_r[i], ddq_r[i]]);
+            moving = moving.outward(&turns[i], joint.revolute, rates);
+            wrenches[i] = joint.wrench(&moving.s, moving.a);
         }
         self.inward(turns, &wrenches)
     }

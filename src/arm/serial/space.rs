@@ -20,6 +20,12 @@ impl<T> V3<T> {
 }
 
 impl<T: Real> V3<T> {
+    /// self × z.
+    #[inline(always)]
+    pub fn cross_z(self) -> Self {
+        Self::new(self.y, -self.x, self.z.like(0.0))
+    }
+
     /// Zero, in numbers of the kind of `x`.
     #[inline(always)]
     pub fn zero_like(x: T) -> Self {
@@ -44,12 +50,6 @@ impl<T: Real> V3<T> {
 
 impl V3 {
     pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
-
-    /// self × z.
-    #[inline(always)]
-    pub fn cross_z(self) -> Self {
-        Self::new(self.y, -self.x, 0.0)
-    }
 
     /// A v.
     #[inline]

@@ -96,12 +96,10 @@ impl<const N: usize> Together<N> {
     }
 
     /// Ends a period \[s\]. It can: what drives the weights is small, or the run is lost.
-    pub fn end(&mut self, bodies: &Bodies<N>, period: f64) {
-        let Bodies { arch, now, .. } = bodies;
-        if self.drivers.limited {
-            self.compensators.acted(*arch, 0, &now.asked, &now.applied);
-        }
-        self.compensators.advance(*arch, &Stage::after(period));
+    pub fn end(&mut self, bodies: &mut Bodies<N>, period: f64) {
+        let Bodies { arch, now: Now { asked, applied, .. }, lost, .. } = bodies;
+        self.compensators.acted(*arch, 0, (asked, applied), self.drivers.limited);
+        self.compensators.advance(*arch, &Stage::after(period), lost);
     }
 }
 

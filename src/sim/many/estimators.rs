@@ -60,8 +60,7 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
         limited: bool,
     ) {
         match self {
-            Self::Abreast(all) if limited => all.acted(arch, index, asked, applied),
-            Self::Abreast(_) => {}
+            Self::Abreast(all) => all.acted(arch, index, (asked, applied), limited),
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     let acted = Applied::new(lane(asked, i), lane(applied, i));
@@ -74,7 +73,7 @@ impl<const N: usize, C: Compensator<N, S>, S> Estimators<'_, N, C, S> {
     /// Moves each to the end of a step; one that cannot is `lost`.
     pub fn advance(&mut self, arch: Arch, end: &Stage<'_>, lost: &mut Abreast) {
         match self {
-            Self::Abreast(all) => all.advance(arch, end),
+            Self::Abreast(all) => all.advance(arch, end, lost),
             Self::Each(each, _) => {
                 for (i, (compensator, state)) in each.iter_mut().enumerate() {
                     if compensator.advance(state, end).is_err() {

@@ -69,7 +69,7 @@ where
             self.bodies.end(h);
         }
         match &mut self.deciders {
-            Deciders::Abreast(_) => {}
+            Deciders::Abreast(together) => together.end(&mut self.bodies, hold as f64 * h),
             Deciders::Each(each) => each.end(&mut self.bodies),
             Deciders::Affected(affected) => affected.end(&mut self.bodies.lost),
         }

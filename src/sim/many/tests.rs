@@ -12,11 +12,12 @@ use crate::arm::{
     TwoLinkParameters,
 };
 use crate::control::{
-    Adaptation, ComputedTorque, Controller, EstimatorsAbreast, FuzzyCompensator, FuzzyParameters,
-    Gains, Limits, NoCompensation, State,
+    Adaptation, ComputedTorque, Controller, DynamicState, EstimatorsAbreast, FuzzyCompensator,
+    FuzzyParameters, Gains, Limits, NoCompensation, State,
 };
 use crate::effects::{Actuators, Effects, Sensors, Timing};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
+use crate::laws::{DisturbanceObserver, Integral, MomentumObserver};
 use crate::math::{Matrix, Vector, none_missing};
 use crate::plant::Plant;
 use crate::reference::{Harmonic, Setpoint, Sines};
@@ -236,6 +237,46 @@ fn laws_that_leak_or_weaken_the_drive_go_side_by_side() {
             assert_eq!(together(&plants, controller, &state, way), [true; LANES]);
         }
     }
+}
+
+/// The integral of the error, within the limits of the torque and beyond them, and an observer.
+fn with_memories<const N: usize, A: Arm<N> + Clone>(
+    plants: &[Plant<N, A, Push<N>>; LANES],
+    arm: A,
+) {
+    fn beside<const N: usize, L: Law<N> + Clone, C: Compensator<N, DynamicState<N>> + Clone>(
+        plants: &[Plant<N, impl Arm<N>, Push<N>>; LANES],
+        controller: &Controller<N, L, C>,
+    ) {
+        let mut state = State::new(DynamicState::new());
+        let each = [controller.compensator.learns(controller.settle(&mut state)); LANES];
+        assert!(none_missing(each).and_then(EstimatorsAbreast::of).is_some());
+        for limit in [f64::INFINITY, 40.0] {
+            let limits = Limits { effort_limit: [limit; N], ..Limits::default() };
+            let controller = &controller.clone().with_limits(limits).unwrap();
+            for period in [None, Some(1e-3), Some(4e-3)] {
+                let went = together(plants, controller, &state, (period, Effects::default()));
+                assert_eq!(went, [true; LANES]);
+            }
+        }
+    }
+    let (gains, integral) = Integral::with_bandwidth([8.0; N]).unwrap();
+    let law = ComputedTorque::new(arm.clone(), gains);
+    beside(plants, &Controller::new(law.clone(), integral));
+    let observer = DisturbanceObserver::with_bandwidth(arm, [20.0; N]).unwrap();
+    beside(plants, &Controller::new(law.clone(), observer));
+    let observer = MomentumObserver::new(law.arm.clone(), 20.0).unwrap();
+    beside(plants, &Controller::new(law, observer));
+}
+
+#[test]
+fn memories_of_a_number_a_joint_go_side_by_side() {
+    let smooth = Friction { viscous: [0.4, 0.2], coulomb: [0.5, 0.0], smoothing: [0.2, 0.1] };
+    let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, smooth)));
+    with_memories(&plants, two_link(4.0, smooth));
+    let viscous = JointFriction { viscous: 0.5, ..Default::default() };
+    let plants = core::array::from_fn(|i| pushed(chain::<4>(0.2 * i as f64, viscous)));
+    with_memories(&plants, chain(0.5, viscous));
 }
 
 #[test]

@@ -1,0 +1,112 @@
+//! M and H of eight arms side by side, found at a motion and kept: what laws and observers believe
+//! of their arms.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::Side;
+use super::abreast::{Alike, ArmsAbreast, Kind};
+use super::serial::{Frame, Frames};
+use crate::math::{
+    Abreast, LANES, Load, Matrix, Register, Vector, column, columns, in_lanes, store,
+};
+
+/// Eight arms, with M and H = C q̇ + G + f of the motion that was asked for last; or with G + f and
+/// Cᵀ q̇ in the place of H.
+#[derive(Clone, Debug)]
+pub(crate) struct ModelsAbreast<const N: usize> {
+    arms: ArmsAbreast<N>,
+    frames: Frames<N, Abreast>,
+    pub mass: Matrix<N, Abreast>,
+    pub bias: Vector<N, Abreast>,
+    pub carried: Vector<N, Abreast>,
+    friction: Vector<N, Abreast>,
+}
+
+impl<const N: usize> ModelsAbreast<N> {
+    /// These arms; `None` if they cannot be put side by side.
+    pub fn of(each: [Side<'_, N>; LANES]) -> Option<Self> {
+        let (arms, zero) = (ArmsAbreast::of(each)?, Abreast::all(0.0));
+        let (mass, zeros) = (Matrix::<N, _>::repeat(zero), Vector::<N, _>::repeat(zero));
+        let frames = [Frame::place(zero); N];
+        Some(Self { arms, frames, mass, bias: zeros, carried: zeros, friction: zeros })
+    }
+
+    /// Finds M and H at q and q̇.
+    pub fn find(&mut self, arch: Arch, motion: (&Vector<N, Abreast>, &Vector<N, Abreast>)) {
+        self.find_parts(arch, motion, false);
+    }
+
+    /// Finds M, G + f and Cᵀ q̇.
+    pub fn find_momentum(
+        &mut self,
+        arch: Arch,
+        motion: (&Vector<N, Abreast>, &Vector<N, Abreast>),
+    ) {
+        self.find_parts(arch, motion, true);
+    }
+
+    #[inline(never)]
+    fn find_parts(
+        &mut self,
+        arch: Arch,
+        motion: (&Vector<N, Abreast>, &Vector<N, Abreast>),
+        apart: bool,
+    ) {
+        let Self { arms, frames, mass, bias, carried, friction } = self;
+        let to = (mass, &mut *bias, apart.then_some(carried));
+        match &arms.kind {
+            Kind::TwoLinks(arms) if const { N == 2 } => {
+                in_lanes(arch, Find { arms: &**arms, motion, frames, to });
+            }
+            Kind::Chains(arms) => in_lanes(arch, Find { arms: &**arms, motion, frames, to }),
+            // Arms of two links have two joints.
+            Kind::TwoLinks(_) => {}
+        }
+        if arms.friction.is_some() {
+            arms.resist(arch, motion.1, friction);
+            for n in 0..N {
+                for lane in 0..LANES {
+                    bias[n].0[lane] += friction[n].0[lane];
+                }
+            }
+        }
+    }
+}
+
+struct Find<'a, const N: usize, K> {
+    arms: &'a K,
+    motion: (&'a Vector<N, Abreast>, &'a Vector<N, Abreast>),
+    frames: &'a mut Frames<N, Abreast>,
+    /// Places for M, and for C q̇ + G; or for G and Cᵀ q̇.
+    to: (
+        &'a mut Matrix<N, Abreast>,
+        &'a mut Vector<N, Abreast>,
+        Option<&'a mut Vector<N, Abreast>>,
+    ),
+}
+
+impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { arms, motion: (q, dq), frames, to: (mass, bias, mut carried) } = self;
+        let zero = Abreast::all(0.0).load(simd, 0);
+        let mut own = columns([[zero; N]; N]);
+        for part in 0..Register::<S>::PARTS {
+            let (at, q, dq) = ((simd, part), q.load(simd, part), dq.load(simd, part));
+            let mut moves = arms.moves(at, (&q, &dq), &mut *frames);
+            arms.write_mass_matrix(at, (moves, &mut *frames), &mut own);
+            for j in 0..N {
+                for i in 0..N {
+                    own[(i, j)].store(&mut mass[(i, j)], part);
+                }
+            }
+            if let Some(carried) = &mut carried {
+                store(&arms.carried(at, (moves, &mut *frames), &dq), carried, part);
+                moves = arms.moves(at, (&q, &column([zero; N])), &mut *frames);
+            }
+            store(&arms.bias(at, (moves, &*frames)), bias, part);
+        }
+    }
+}
