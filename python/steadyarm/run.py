@@ -177,7 +177,7 @@ class Run(_Columns):
     def joint_names(self) -> list[str]:
         """The names of the plant's joints; their numbers, from 1, where it has none."""
         if self._made is None:
-            return joint_names(None, self.joints)
+            return list(joint_names(None, self.joints))
         return list(self._made.parts["joint_names"])
 
     def replay(self, *, reference: Any = None, disturbance: Any = None, law: Any = None) -> Run:

@@ -122,7 +122,7 @@ impl<const N: usize> Line<N> {
 
     /// What the drives told of the torque that acted since the last sample, in a loop that is late
     /// by so many [N·m].
-    fn acted(&self, delay: usize) -> Vector<N> {
+    pub(super) fn acted(&self, delay: usize) -> Vector<N> {
         if delay == 0 || self.lost == 0.0 {
             return *delay.checked_sub(1).and_then(|k| self.older.get(k)).unwrap_or(&self.told);
         }

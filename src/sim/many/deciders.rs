@@ -1,7 +1,7 @@
 //! The controllers of eight sampled loops: side by side, or one after the other, as each does
 //! alone.
 
-use pulp::{Simd, WithSimd};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::affected::Affected;
 use super::bodies::{Bodies, Drivers, Now};
@@ -42,7 +42,7 @@ where
         course: Course<'_>,
     ) -> Self {
         if cases.iter().any(|case| case.effects.is_on()) {
-            return Self::Affected(Box::new(Affected::new(cases, course)));
+            return Self::Affected(Box::new(Affected::new(cases, bodies, course)));
         }
         match Together::new(cases, bodies) {
             Some(together) => Self::Abreast(Box::new(together)),
@@ -58,7 +58,7 @@ pub(super) struct Together<const N: usize> {
 }
 
 impl<const N: usize> Together<N> {
-    fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C: Compensator<N, S>, R, S: Clone>(
+    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C: Compensator<N, S>, R, S: Clone>(
         cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
         bodies: &Bodies<N>,
     ) -> Option<Self> {
@@ -78,28 +78,30 @@ impl<const N: usize> Together<N> {
         Some(Self { drivers: Drivers::new(cases, bodies)?, compensators })
     }
 
-    /// The estimates of the compensators for a period that begins. The one before, if it has
-    /// `begun`, ends \[s\]. Where a signal is so small that a controller does not feel it, or so
-    /// large that it may refuse it, the run is lost.
+    /// The estimates of the compensators for what the controllers see. Where a signal is so small
+    /// that a controller does not feel it, or so large that it may refuse it, the run is `lost`.
     pub fn estimate(
         &mut self,
-        bodies: &mut Bodies<N>,
-        begun: bool,
-        period: f64,
+        arch: Arch,
+        seen: &Sample<N, Abreast>,
+        lost: &mut Abreast,
     ) -> &Vector<N, Abreast> {
-        if begun {
-            self.end(bodies, period);
-        }
-        let Bodies { arch, now, lost, .. } = bodies;
-        in_lanes(*arch, Feel { seen: &now.seen, lost });
-        self.compensators.estimate(*arch, &Stage::NOW, &now.seen, lost)
+        in_lanes(arch, Feel { seen, lost: &mut *lost });
+        self.compensators.estimate(arch, &Stage::NOW, seen, lost)
     }
 
-    /// Ends a period \[s\]. It can: what drives the weights is small, or the run is lost.
-    pub fn end(&mut self, bodies: &mut Bodies<N>, period: f64) {
-        let Bodies { arch, now: Now { asked, applied, .. }, lost, .. } = bodies;
-        self.compensators.acted(*arch, 0, (asked, applied), self.drivers.limited);
-        self.compensators.advance(*arch, &Stage::after(period), lost);
+    /// Ends a period \[s\], with the torques that were asked for and those that acted, which are
+    /// `limited` or not. What drives weights is small, or the run is lost.
+    pub fn end(
+        &mut self,
+        arch: Arch,
+        torques: (&Vector<N, Abreast>, &Vector<N, Abreast>),
+        limited: bool,
+        period: f64,
+        lost: &mut Abreast,
+    ) {
+        self.compensators.acted(arch, 0, torques, limited);
+        self.compensators.advance(arch, &Stage::after(period), lost);
     }
 }
 

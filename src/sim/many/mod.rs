@@ -15,6 +15,7 @@ mod course;
 mod deciders;
 mod estimators;
 mod forces;
+mod measured;
 mod models;
 mod registers;
 mod sampled;

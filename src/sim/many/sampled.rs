@@ -2,10 +2,10 @@
 //!
 //! A lane in which anything is out of the ordinary is lost, as in [`abreast`](super::abreast).
 
-use super::bodies::Bodies;
+use super::bodies::{Bodies, Now};
 use super::case::Case;
 use super::course::Course;
-use super::deciders::Deciders;
+use super::deciders::{Deciders, Together};
 use super::forces::Push;
 use super::surroundings::Surroundings;
 use crate::arm::Arm;
@@ -69,9 +69,9 @@ where
             self.bodies.end(h);
         }
         match &mut self.deciders {
-            Deciders::Abreast(together) => together.end(&mut self.bodies, hold as f64 * h),
+            Deciders::Abreast(together) => end(together, &mut self.bodies, hold as f64 * h),
             Deciders::Each(each) => each.end(&mut self.bodies),
-            Deciders::Affected(affected) => affected.end(&mut self.bodies.lost),
+            Deciders::Affected(affected) => affected.end(&mut self.bodies, hold as f64 * h),
         }
         self.bodies.metrics()
     }
@@ -83,7 +83,11 @@ where
         match deciders {
             Deciders::Abreast(together) => {
                 around.push(t, &bodies.now.seen);
-                let rho_hat = *together.estimate(bodies, begun, period);
+                if begun {
+                    end(together, bodies, period);
+                }
+                let Bodies { arch, now, lost, .. } = &mut **bodies;
+                let rho_hat = *together.estimate(*arch, &now.seen, lost);
                 let push = Push { i: 0, h, tau_d: &around.tau_d, held: true };
                 bodies.act(&together.drivers, &rho_hat, push);
             }
@@ -120,4 +124,11 @@ where
         self.around.push(t, &self.bodies.now.seen);
         self.bodies.fly(Push { i, h, tau_d: &self.around.tau_d, held: true });
     }
+}
+
+/// Ends a period \[s\] of controllers side by side.
+fn end<const N: usize>(together: &mut Together<N>, bodies: &mut Bodies<N>, period: f64) {
+    let Bodies { arch, now: Now { asked, applied, .. }, lost, .. } = bodies;
+    let limited = together.drivers.limited;
+    together.end(*arch, (asked, applied), limited, period, lost);
 }

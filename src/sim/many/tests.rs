@@ -106,7 +106,10 @@ fn all_ways<const N: usize, A: Arm<N> + Clone>(
         assert_eq!(together(plants, learning, &state, (period, Effects::default())), went);
         if period.is_some() {
             assert_eq!(together(plants, limited, &state, (period, Effects::default())), went);
-            assert_eq!(together(plants, limited, &state, (period, noisy())), went);
+            for drop in [0.0, 0.1] {
+                assert_eq!(together(plants, limited, &state, (period, noisy(drop))), went);
+                assert_eq!(together(plants, learning, &state, (period, noisy(drop))), went);
+            }
         }
         went
     });
@@ -114,10 +117,10 @@ fn all_ways<const N: usize, A: Arm<N> + Clone>(
     ways[0]
 }
 
-/// Sensors that are noisy, samples that are lost and late, drives that lag.
-fn noisy<const N: usize>() -> Effects<N> {
+/// Sensors that are noisy, samples that are late and perhaps lost, drives that lag.
+fn noisy<const N: usize>(drop: f64) -> Effects<N> {
     let sensors = Sensors { encoder: [1e-5; N], noise: [1e-5; N], ..Sensors::default() };
-    let timing = Timing { delay: 1, drop: 0.1, ..Timing::default() };
+    let timing = Timing { delay: 1, drop, ..Timing::default() };
     let actuators = Actuators { lag: [2e-3; N], gain: [0.97; N], ..Actuators::default() };
     Effects { sensors, timing, actuators, seed: 5, ..Effects::default() }
 }
@@ -257,6 +260,10 @@ fn with_memories<const N: usize, A: Arm<N> + Clone>(
             for period in [None, Some(1e-3), Some(4e-3)] {
                 let went = together(plants, controller, &state, (period, Effects::default()));
                 assert_eq!(went, [true; LANES]);
+                if period.is_some() {
+                    let went = together(plants, controller, &state, (period, noisy(0.0)));
+                    assert_eq!(went, [true; LANES]);
+                }
             }
         }
     }
