@@ -9,8 +9,7 @@ use super::learns::{MemorySide, Mover, missed, pushed};
 use super::{Sample, Stage};
 use crate::arm::{Factor, ModelsAbreast};
 use crate::math::{
-    Abreast, LANES, Load, Matrix, Real, Register, Vector, columns, in_lanes, none_missing, product,
-    store,
+    Abreast, LANES, Load, Real, Register, Vector, in_lanes, none_missing, product, store,
 };
 
 /// Stages of the only method that runs side by side.
@@ -166,11 +165,11 @@ impl<const N: usize> WithSimd for Estimate<'_, N> {
                     for n in 0..N {
                         z[n] = if first { gain[n] * seen[n] } else { z[n] };
                     }
-                    let mass = registers((simd, part), &models.mass);
+                    let mass = models.mass.load(simd, part);
                     rho_hat = minus(Factor::of(&mass).solve(&pushed(&z, &gain, &seen)));
                 }
                 Law::Momentum(models) => {
-                    let mass = registers((simd, part), &models.mass);
+                    let mass = models.mass.load(simd, part);
                     let momentum = product(&mass, &seen);
                     z = if first { momentum } else { z };
                     rho_hat = minus(Factor::of(&mass).solve(&missed(&z, &momentum, gain[0])));
@@ -215,14 +214,14 @@ impl<const N: usize> WithSimd for Rate<'_, N> {
                     for n in 0..N {
                         rate[n] = (applied[n] - d[n]) - bias[n];
                     }
-                    let mass = registers((simd, part), &models.mass);
+                    let mass = models.mass.load(simd, part);
                     let solved = Factor::of(&mass).solve(&rate);
                     for n in 0..N {
                         rate[n] = gain[n] * solved[n];
                     }
                 }
                 Law::Momentum(models) => {
-                    let mass = registers((simd, part), &models.mass);
+                    let mass = models.mass.load(simd, part);
                     let residual = missed(&z, &product(&mass, &seen), gain[0]);
                     for n in 0..N {
                         let carried = models.carried[n].load(simd, part);
@@ -267,19 +266,4 @@ fn minus<const N: usize, S: Simd>(mut x: Vector<N, Register<S>>) -> Vector<N, Re
         x[n] = -x[n];
     }
     x
-}
-
-/// A matrix in memory, in registers.
-#[inline(always)]
-fn registers<const N: usize, S: Simd>(
-    (simd, part): (S, usize),
-    matrix: &Matrix<N, Abreast>,
-) -> Matrix<N, Register<S>> {
-    let mut own = columns([[matrix[(0, 0)].load(simd, part); N]; N]);
-    for j in 0..N {
-        for i in 0..N {
-            own[(i, j)] = matrix[(i, j)].load(simd, part);
-        }
-    }
-    own
 }

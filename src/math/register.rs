@@ -6,14 +6,13 @@
 use core::fmt::{self, Debug};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
+use nalgebra::{ArrayStorage, SMatrix};
 use pulp::Simd;
 
 use super::exp_tanh::{near_exp, near_tanh, rare_exp};
 use super::real::ROUNDER;
 use super::sines::{near, rare};
-use super::{
-    Abreast, LANES, Real, Vector, around, column, exp, exponential, exponentials, sin_cos,
-};
+use super::{Abreast, LANES, Real, Vector, around, exp, exponential, exponentials, sin_cos};
 
 /// As many numbers as a register of the instruction set `S` holds; in memory, in one cache line.
 #[derive(Clone, Copy)]
@@ -227,13 +226,17 @@ impl<const N: usize> Load for [Abreast; N] {
     }
 }
 
-impl<const N: usize> Load for Vector<N, Abreast> {
-    type In<S: Simd> = Vector<N, Register<S>>;
+impl<const R: usize, const C: usize> Load for SMatrix<Abreast, R, C> {
+    type In<S: Simd> = SMatrix<Register<S>, R, C>;
 
     #[inline(always)]
-    fn load<S: Simd>(&self, simd: S, part: usize) -> Vector<N, Register<S>> {
-        let [entries] = &self.data.0;
-        column(entries.load(simd, part))
+    fn load<S: Simd>(&self, simd: S, part: usize) -> SMatrix<Register<S>, R, C> {
+        let columns = &self.data.0;
+        let mut registers = [columns[0].load(simd, part); C];
+        for c in 1..C {
+            registers[c] = columns[c].load(simd, part);
+        }
+        SMatrix::from_array_storage(ArrayStorage(registers))
     }
 }
 

@@ -4,11 +4,11 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::bodies::{Bodies, Drivers};
 use super::case::Case;
-use super::deciders::Together;
+use super::together::Together;
 use crate::arm::{Arm, ModelsAbreast};
 use crate::control::{Command, Compensator, Demand, Law, Sample};
 use crate::math::{
-    Abreast, LANES, Load, Real, Register, Vector, columns, in_lanes, lane, none_missing, store,
+    Abreast, LANES, Load, Real, Register, Vector, in_lanes, lane, none_missing, store,
 };
 use crate::plant::Disturbance;
 use crate::reference::Setpoint;
@@ -126,14 +126,8 @@ impl<const N: usize> WithSimd for Ask<'_, N> {
         let Self { drivers, models, seen, rho_hat, demand, asked, tau, lost } = self;
         let Drivers { laws, limits: [controllers, _], .. } = drivers;
         for part in 0..Register::<S>::PARTS {
-            let mut mass = columns([[models.mass[(0, 0)].load(simd, part); N]; N]);
-            for j in 0..N {
-                for i in 0..N {
-                    mass[(i, j)] = models.mass[(i, j)].load(simd, part);
-                }
-            }
-            let (seen, bias) = (seen.load(simd, part), models.bias.load(simd, part));
-            let rho_hat = rho_hat.load(simd, part);
+            let (mass, bias) = (models.mass.load(simd, part), models.bias.load(simd, part));
+            let (seen, rho_hat) = (seen.load(simd, part), rho_hat.load(simd, part));
             let Demand { model, compensation, v } =
                 laws.torque((simd, part), (&mass, &bias), &seen, &rho_hat);
             let (mut sum, mut infinite) = (model, lost.load(simd, part));

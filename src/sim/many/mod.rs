@@ -22,6 +22,7 @@ mod sampled;
 mod surroundings;
 #[cfg(test)]
 mod tests;
+mod together;
 
 use core::convert::Infallible;
 use core::ops::ControlFlow;

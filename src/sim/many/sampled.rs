@@ -5,9 +5,10 @@
 use super::bodies::{Bodies, Now};
 use super::case::Case;
 use super::course::Course;
-use super::deciders::{Deciders, Together};
+use super::deciders::Deciders;
 use super::forces::Push;
 use super::surroundings::Surroundings;
+use super::together::Together;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law};
 use crate::math::LANES;

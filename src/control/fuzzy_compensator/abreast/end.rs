@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{INPUTS, Mixed, PerJoint, STAGES};
+use super::per_joint::{INPUTS, Mixed, PerJoint, STAGES};
 use crate::control::Stage;
 use crate::fuzzy::lanes::FLUSH_EVERY;
 use crate::math::{Abreast, Load, Real, Register, TINY_TERM, TINY_WEIGHT, Vector, store};

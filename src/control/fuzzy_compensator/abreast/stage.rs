@@ -2,7 +2,7 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::{INPUTS, Pattern, PerJoint, Shape};
+use super::per_joint::{INPUTS, Pattern, PerJoint, Shape};
 use crate::control::adaptation::{size, weakened};
 use crate::control::{Sample, Stage};
 use crate::fuzzy::MOST_SPACED;
