@@ -93,6 +93,12 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         Sample::wrapped(*q, *dq, *desired, &self.law.wraps())
     }
 
+    /// The same as it is felt: without what is too small to mean anything.
+    #[inline(always)]
+    pub(crate) fn felt(&self, q: &Vector<N>, dq: &Vector<N>, desired: &Setpoint<N>) -> Sample<N> {
+        self.sample(&felt(q), &felt(dq), &desired_felt(desired))
+    }
+
     /// Forgets everything: the state is then as a new one, to the bit. If a torque is on the robot,
     /// say so by [`State::take_over`] afterwards.
     pub fn reset<S>(&self, state: &mut State<N, S>)
@@ -178,7 +184,7 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         check_applied(applied)?;
         check_sample(q, dq, desired)?;
         check_period("dt", dt)?;
-        let mut sample = self.sample(&felt(q), &felt(dq), &desired_felt(desired));
+        let mut sample = self.felt(q, dq, desired);
         let view = self.front.is_on().then(|| self.look(state, &mut sample)).transpose()?;
         self.compensator.admit(&state.compensator, &sample, dt)?;
         let last = self.last_tau(state, q)?;

@@ -92,8 +92,12 @@ where
         let commands = match &mut self.controllers {
             Controllers::Abreast(measured) => {
                 for (i, taken) in all.iter().enumerate() {
-                    if let Some(Taken { sample: Some(sample), told, .. }) = taken {
-                        measured.show(i, sample, told.as_ref());
+                    if let Some(Taken {
+                        sample: Some(Sample { q, dq, desired, .. }), told, ..
+                    }) = taken
+                    {
+                        let felt = self.loops[i].controller.felt(q, dq, desired);
+                        measured.show(i, &felt, told.as_ref());
                     }
                 }
                 measured.decide(bodies.arch, self.begun, period, &mut bodies.lost);

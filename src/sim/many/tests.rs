@@ -15,7 +15,7 @@ use crate::control::{
     Adaptation, ComputedTorque, Controller, DynamicState, EstimatorsAbreast, FuzzyCompensator,
     FuzzyParameters, Gains, Limits, NoCompensation, State,
 };
-use crate::effects::{Actuators, Effects, Sensors, Timing};
+use crate::effects::{Actuators, Effects, Sensors, Timing, Velocity};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
 use crate::laws::{DisturbanceObserver, Integral, MomentumObserver};
 use crate::math::{Matrix, Vector, none_missing};
@@ -110,6 +110,7 @@ fn all_ways<const N: usize, A: Arm<N> + Clone>(
                 assert_eq!(together(plants, limited, &state, (period, noisy(drop))), went);
                 assert_eq!(together(plants, learning, &state, (period, noisy(drop))), went);
             }
+            assert_eq!(together(plants, learning, &state, (period, coarse())), went);
         }
         went
     });
@@ -123,6 +124,13 @@ fn noisy<const N: usize>(drop: f64) -> Effects<N> {
     let timing = Timing { delay: 1, drop, ..Timing::default() };
     let actuators = Actuators { lag: [2e-3; N], gain: [0.97; N], ..Actuators::default() };
     Effects { sensors, timing, actuators, seed: 5, ..Effects::default() }
+}
+
+/// Encoders whose velocity fades between two counts to what no controller feels.
+fn coarse<const N: usize>() -> Effects<N> {
+    let velocity = Velocity::Difference(300.0);
+    let sensors = Sensors { encoder: [0.01; N], velocity, ..Sensors::default() };
+    Effects { sensors, ..Effects::default() }
 }
 
 fn two_link(mass: f64, friction: Friction<2>) -> TwoLink {
