@@ -59,6 +59,26 @@ impl<const N: usize, T: Real> Limits<N, T> {
     }
 }
 
+/// x, or 0 in all joints where a limit cut the torque of any: see
+/// [`Applied::limited`](super::Applied::limited).
+#[cfg(feature = "std")]
+#[inline(always)]
+pub(super) fn unless_limited<const N: usize, T: Real>(
+    mut x: Vector<N, T>,
+    asked: &Vector<N, T>,
+    applied: &Vector<N, T>,
+) -> Vector<N, T> {
+    let zero = x[0].like(0.0);
+    let mut gap = zero;
+    for n in 0..N {
+        gap += (applied[n] - asked[n]).abs();
+    }
+    for n in 0..N {
+        x[n] = zero.if_less(gap, zero, x[n]);
+    }
+    x
+}
+
 /// As `f64::clamp`, which panics on bounds that are NaN or crossed; NaN stays NaN.
 #[inline(always)]
 fn bound<T: Real>(x: T, low: T, high: T) -> T {

@@ -6,14 +6,13 @@ use core::array::from_fn;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::learns::{MemorySide, Mover, missed, pushed};
+use super::limits::unless_limited;
+use super::stages::STAGES;
 use super::{Sample, Stage};
 use crate::arm::{Factor, ModelsAbreast};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, in_lanes, none_missing, product, store,
 };
-
-/// Stages of the only method that runs side by side.
-const STAGES: usize = 4;
 
 /// Memories of eight runs, and what moves them.
 #[derive(Clone, Debug)]
@@ -200,14 +199,7 @@ impl<const N: usize> WithSimd for Rate<'_, N> {
             let mut rate = seen;
             match &it.law {
                 Law::Integral => {
-                    let (asked, zero) = (asked.load(simd, part), z[0].like(0.0));
-                    let mut gap = zero;
-                    for n in 0..N {
-                        gap += (applied[n] - asked[n]).abs();
-                    }
-                    for n in 0..N {
-                        rate[n] = zero.if_less(gap, zero, seen[n]);
-                    }
+                    rate = unless_limited(seen, &asked.load(simd, part), &applied);
                 }
                 Law::Acceleration(models) => {
                     let (d, bias) = (pushed(&z, &gain, &seen), models.bias.load(simd, part));

@@ -8,6 +8,10 @@ use crate::math::{Vector, sqrt};
 /// are no integrators, and the state of a compensator has room for a sampled loop's one stage.
 pub const MAX_STAGES: usize = if cfg!(feature = "std") { 8 } else { 1 };
 
+/// Those of Runge and Kutta's method, by which alone runs go side by side.
+#[cfg(feature = "std")]
+pub(super) const STAGES: usize = 4;
+
 /// The stage of the dense output, whose record is read between steps.
 pub(super) const DENSE: usize = 7;
 

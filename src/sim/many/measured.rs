@@ -50,7 +50,8 @@ impl<const N: usize> Measured<N> {
         })
     }
 
-    /// Shows the controller in a lane its sample, as it feels it, and what the drives told of the period before.
+    /// Shows the controller in a lane its sample, as it feels it, and what the drives told of the
+    /// period before.
     pub fn show(&mut self, i: usize, seen: &Sample<N>, told: Option<&Vector<N>>) {
         let Sample { q, dq, desired, e, de } = seen;
         let all = &mut self.seen;

@@ -2,8 +2,10 @@
 
 use pulp::{Simd, WithSimd};
 
-use super::per_joint::{INPUTS, Mixed, PerJoint, STAGES};
+use super::per_joint::{INPUTS, Mixed, PerJoint};
 use crate::control::Stage;
+use crate::control::limits::unless_limited;
+use crate::control::stages::STAGES;
 use crate::fuzzy::lanes::FLUSH_EVERY;
 use crate::math::{Abreast, Load, Real, Register, TINY_TERM, TINY_WEIGHT, Vector, store};
 
@@ -21,14 +23,7 @@ impl<const N: usize> WithSimd for Acted<'_, N> {
         let Self { drive, asked, applied } = self;
         for part in 0..Register::<S>::PARTS {
             let (asked, applied) = (asked.load(simd, part), applied.load(simd, part));
-            let mut gap = asked[0].like(0.0);
-            for n in 0..N {
-                gap += (applied[n] - asked[n]).abs();
-            }
-            let mut held = drive.load(simd, part);
-            for n in 0..N {
-                held[n] = gap.like(0.0).if_less(gap, gap.like(0.0), held[n]);
-            }
+            let held = unless_limited(drive.load(simd, part), &asked, &applied);
             store(&held, drive, part);
         }
     }

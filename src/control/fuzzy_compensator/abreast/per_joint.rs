@@ -4,6 +4,7 @@ use core::array::from_fn;
 
 use crate::control::adaptation::left;
 use crate::control::learns::PerJointSide;
+use crate::control::stages::STAGES;
 use crate::control::{Inputs, Stage};
 use crate::fuzzy::lanes::FADES_FAST;
 use crate::fuzzy::{MOST_SPACED, Spaced};
@@ -11,8 +12,6 @@ use crate::math::{Abreast, LANES, TINY_WEIGHT, Vector};
 
 /// Inputs of a joint.
 pub const INPUTS: usize = 2;
-/// Stages of the only method that runs side by side.
-pub const STAGES: usize = 4;
 /// Compensators of eight runs with their states.
 #[derive(Clone, Debug)]
 pub struct PerJoint<const N: usize> {
