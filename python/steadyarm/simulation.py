@@ -204,7 +204,9 @@ def _loop_notes(
                 "with a dq_d that does not, so its lag reads as an error; "
                 f"velocity_filter={cutoff:g} sends both through the same, and costs nothing"
             )
-    if control_period is not None and isinstance(given.get("law"), dict):
+    # A law was made for the period that its tracker names, and is made anew for another.
+    other = control_period not in (None, given.get("control_period"))
+    if other and isinstance(given.get("law"), dict):
         try:
             tracker.__replace__(control_period=control_period)
         except ValueError as error:
