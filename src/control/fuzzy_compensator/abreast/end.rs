@@ -53,8 +53,8 @@ impl<const N: usize> Advance<'_, N> {
     #[inline(always)]
     fn of<S: Simd>(self, simd: S, [rows, columns]: [usize; INPUTS], stages: usize) {
         let Self { it, end } = self;
-        let flushes = it.advances.is_multiple_of(FLUSH_EVERY);
-        let Mixed { keep, least, shares, .. } = it.mixes[end.index];
+        let (flushes, leaks) = (it.advances.is_multiple_of(FLUSH_EVERY), it.leaks);
+        let Mixed { keep, least, shares, .. } = &it.mixes[end.index];
         for n in 0..N {
             for part in 0..Register::<S>::PARTS {
                 let mut terms = [it.gain[n].load(simd, part); STAGES];
@@ -71,7 +71,7 @@ impl<const N: usize> Advance<'_, N> {
                     for b in 0..columns {
                         let kept = &mut it.weights[n][a * columns + b];
                         let mut weight = kept.load(simd, part);
-                        if it.leaks {
+                        if leaks {
                             weight = keep * weight;
                             weight = weight.abs().if_less(least, weight.like(0.0), weight);
                         }

@@ -47,7 +47,7 @@ impl<const N: usize> Estimate<'_, N> {
         steps: Option<[u8; L]>,
     ) {
         let Self { it, stage, seen, lost } = self;
-        let mixed = it.mixes[stage.index];
+        let mixed = &it.mixes[stage.index];
         let (before, rest) = it.stages.split_at_mut(stage.index);
         let here = &mut rest[0];
         for part in 0..Register::<S>::PARTS {
