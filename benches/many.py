@@ -4,13 +4,13 @@ Usage: python benches/many.py [--rounds N] [--quick] [--full]
 
 Runs of 2 s by RK4 of 1 ms with the controller in continuous time: the paper's arm with 25 rules a
 joint or 625 in a grid, masses and start other in each run; and a Panda with 25 rules a joint and a
-payload of its own in each, also sampled at 1 kHz, and there with the recommended controller, which
-sees encoders and a delay. `sa.simulate_many` runs them in one thread, in turn with `sa.simulate`
-and `Run.metrics` one at a time, and, those of the paper with 25 rules a joint, with the peers
-(``peers/many_*.py``): Numba with a loop over plants, JAX with the fastest of three batches, each in
-one thread and compiled before. Ours returns seven figures a run, the peers one, the RMS error.
-Before anything is timed all must agree on that: ours to the bit, whatever the threads, the peers to
-1e-9 of it. If they do not, nothing is timed.
+payload of its own in each, also sampled at 1 kHz, and there with encoders and a delay, with other
+laws, and with the recommended controller. `sa.simulate_many` runs them in one thread, in turn with
+`sa.simulate` and `Run.metrics` one at a time, and, those of the paper with 25 rules a joint, with
+the peers (``peers/many_*.py``): Numba with a loop over plants, JAX with the fastest of three
+batches, each in one thread and compiled before. Ours returns seven figures a run, the peers one,
+the RMS error. Before anything is timed all must agree on that: ours to the bit, whatever the
+threads, the peers to 1e-9 of it. If they do not, nothing is timed.
 
 Times are those of a run, medians over the rounds; of processor time their inverse is runs per
 core-second. Ratios are of processor time and of the clock, and both count; of a second core it is
@@ -51,6 +51,8 @@ FULL, FULL_SECONDS = 100_000, 15.0
 
 LOAD = 3.0
 """The largest payload of the Panda [kg]."""
+BANDWIDTH = 10.0
+"""Of the other laws [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -104,14 +106,25 @@ def sampled(loop):
     return replace(loop, options={"control_period": STEP})
 
 
-def recommended(loop):
-    """Return the sampled loop with the recommended controller, encoders and a delay."""
-    arm = loop.tracker.arm.with_armature(0.1)
+def sensed(loop):
+    """Return the sampled loop with encoders and a delay."""
     machine = sa.Effects(encoder_bits=16, velocity="difference", delay=1)
+    return replace(loop, options={"control_period": STEP, "effects": machine})
+
+
+def by_law(loop, law):
+    """Return the sampled loop with another law."""
+    tracker = law(loop.tracker.arm, bandwidth=BANDWIDTH)
+    return replace(sampled(loop), tracker=tracker)
+
+
+def recommended(loop):
+    """Return the sensed loop with the recommended controller."""
+    loop = sensed(loop)
+    arm = loop.tracker.arm.with_armature(0.1)
     made = [sa.Plant(arm.with_payload(load)) for load in np.linspace(0.0, LOAD, len(loop.plants))]
     tracker = sa.recommended(arm, payload=LOAD, path=loop.reference, duration=DURATION)
-    options = {"control_period": STEP, "effects": machine}
-    return replace(loop, tracker=tracker, plants=made, options=options)
+    return replace(loop, tracker=tracker, plants=made)
 
 
 def check(loops):
@@ -151,7 +164,7 @@ def contests(loops, quick):
     def against(figure, wanted, ours, theirs, of=("cpu", "clock")):
         return Paired(figure, wanted, of), ours, theirs
 
-    two, grid, panda, held, best = loops.values()
+    two, grid, panda = (loops[name] for name in ("per_joint", "grid", "panda"))
     rules = "two-link, 25 rules a joint"
     many = runs(two.many, RUNS)
     numba = CHECKED if quick else RUNS
@@ -160,14 +173,21 @@ def contests(loops, quick):
     single = "one at a time"
     grids = runs(grid.many, 128), runs(grid.alone, 64)
     pandas = runs(panda.many, 128), runs(panda.alone, 16)
-    helds = runs(held.many, 128), runs(held.alone, 16)
-    bests = runs(best.many, 128), runs(best.alone, 16)
+    others = {
+        "Panda, 25 rules a joint at 1 kHz": loops["sampled"],
+        "Panda, 25 rules a joint, encoders, delay": loops["sensed"],
+        "Panda, PID at 1 kHz": loops["pid"],
+        "Panda, momentum observer at 1 kHz": loops["observer"],
+        "Panda, recommended, encoders, delay": loops["recommended"],
+    }
     found = [
         against(f"{rules}: {single}", 8, many, runs(two.alone, 64)),
         against(f"two-link, 625 rules: {single}", 1.8, *grids),
         against(f"Panda, 25 rules a joint: {single}", 7, *pandas),
-        against(f"Panda, 25 rules a joint at 1 kHz: {single}", None, *helds),
-        against(f"Panda, recommended, encoders, delay: {single}", None, *bests),
+        *(
+            against(f"{name}: {single}", None, runs(loop.many, 128), runs(loop.alone, 16))
+            for name, loop in others.items()
+        ),
         against(f"{rules}: Numba, prange", 10, many, (many_numba.prepare(numba), numba)),
         against(f"{rules}: JAX, vmap", 10, many, jax),
     ]
@@ -197,7 +217,13 @@ def main():
     warnings.simplefilter("ignore", sa.DesignWarning)
     loops = {form: two_link(form, RUNS) for form in ("per_joint", "grid")}
     loops["panda"] = panda(128)
-    loops |= {"sampled": sampled(loops["panda"]), "recommended": recommended(loops["panda"])}
+    loops |= {
+        "sampled": sampled(loops["panda"]),
+        "sensed": sensed(loops["panda"]),
+        "pid": by_law(loops["panda"], sa.laws.pid),
+        "observer": by_law(loops["panda"], sa.laws.momentum_observer),
+        "recommended": recommended(loops["panda"]),
+    }
     check(loops)
     found = contests(loops, options.quick)
     for _ in range(1 if options.quick else max(options.rounds, 1)):
