@@ -146,32 +146,36 @@ impl Load for JointFriction<Abreast> {
     }
 }
 
-/// What arms of one kind side by side do, a part at a time.
+/// What arms of one kind side by side do, a part at a time, with a place for what they know of a
+/// motion: the same for all that move alike. Chains keep their frames there, and arms of two links
+/// sines and cosines.
 pub(crate) trait Alike<const N: usize> {
-    /// What they need to know of a motion: the same for all that move alike.
-    type Moves<S: Simd>: Copy;
+    /// Whether that is a few numbers. They are found as soon as the motion is known, beside other
+    /// work; more would have left the nearest cache before it is used.
+    const FEW: bool;
 
-    /// How they move at q and q̇, with a place for their frames.
-    fn moves<S: Simd>(
+    /// Finds how they move at q and q̇.
+    fn find<S: Simd>(
         &self,
         at: (S, usize),
         motion: (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
         frames: &mut Frames<N, Abreast>,
-    ) -> Self::Moves<S>;
+    );
 
-    /// Writes M, from the frames of the motion.
+    /// Writes M.
     fn write_mass_matrix<S: Simd>(
         &self,
         at: (S, usize),
-        motion: (Self::Moves<S>, &mut Frames<N, Abreast>),
+        frames: &mut Frames<N, Abreast>,
         mass: &mut Matrix<N, Register<S>>,
     );
 
-    /// C q̇ + G, from the same.
+    /// C q̇ + G.
     fn bias<S: Simd>(
         &self,
         at: (S, usize),
-        motion: (Self::Moves<S>, &Frames<N, Abreast>),
+        frames: &Frames<N, Abreast>,
+        dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
 
     /// Writes both.
@@ -179,18 +183,18 @@ pub(crate) trait Alike<const N: usize> {
     fn write_dynamics<S: Simd>(
         &self,
         at: (S, usize),
-        (moves, frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        (frames, dq): (&mut Frames<N, Abreast>, &Vector<N, Register<S>>),
         (mass, bias): Dynamics<'_, N, S>,
     ) {
-        self.write_mass_matrix(at, (moves, &mut *frames), mass);
-        *bias = self.bias(at, (moves, frames));
+        self.write_mass_matrix(at, &mut *frames, mass);
+        *bias = self.bias(at, frames, dq);
     }
 
-    /// Cᵀ q̇, from the frames of the motion.
+    /// Cᵀ q̇.
     fn carried<S: Simd>(
         &self,
         at: (S, usize),
-        motion: (Self::Moves<S>, &mut Frames<N, Abreast>),
+        frames: &mut Frames<N, Abreast>,
         dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
 
@@ -198,7 +202,7 @@ pub(crate) trait Alike<const N: usize> {
     fn solve<S: Simd>(
         &self,
         at: (S, usize),
-        moves: Self::Moves<S>,
+        frames: &Frames<N, Abreast>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
@@ -209,27 +213,30 @@ pub(crate) type Dynamics<'a, const N: usize, S> =
     (&'a mut Matrix<N, Register<S>>, &'a mut Vector<N, Register<S>>);
 
 impl<const N: usize> Alike<N> for Planar<Abreast> {
-    type Moves<S: Simd> = Planes<Register<S>>;
+    const FEW: bool = true;
 
     #[inline(always)]
-    fn moves<S: Simd>(
+    fn find<S: Simd>(
         &self,
         (simd, part): (S, usize),
-        (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
-        _: &mut Frames<N, Abreast>,
-    ) -> Self::Moves<S> {
-        let (q, arms) = (two(q), self.load(simd, part));
-        Planes { first: arms.first(q[0]), second: q[1].sin_cos(), dq: two(dq) }
+        (q, _): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        frames: &mut Frames<N, Abreast>,
+    ) {
+        let q = two(q);
+        if let Some(first) = self.load(simd, part).first(q[0]) {
+            frames[0].keep_angle(first, part);
+        }
+        frames[N - 1].keep_angle(q[1].sin_cos(), part);
     }
 
     #[inline(always)]
     fn write_mass_matrix<S: Simd>(
         &self,
-        (simd, part): (S, usize),
-        (Planes { second, .. }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        at: (S, usize),
+        frames: &mut Frames<N, Abreast>,
         mass: &mut Matrix<N, Register<S>>,
     ) {
-        let own = self.load(simd, part).mass(second.1);
+        let own = self.load(at.0, at.1).mass(frames[N - 1].angle(at).1);
         for j in 0..N {
             for i in 0..N {
                 mass[(i, j)] = own[(i.min(1), j.min(1))];
@@ -240,41 +247,44 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     #[inline(always)]
     fn bias<S: Simd>(
         &self,
-        (simd, part): (S, usize),
-        (Planes { first, second, dq }, _): (Self::Moves<S>, &Frames<N, Abreast>),
+        at: (S, usize),
+        frames: &Frames<N, Abreast>,
+        dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
-        back(&self.load(simd, part).rigid_at(first, second, &dq))
+        let first = if self.has_gravity { Some(frames[0].angle(at)) } else { None };
+        back(&self.load(at.0, at.1).rigid_at(first, frames[N - 1].angle(at), &two(dq)))
     }
 
     #[inline(always)]
     fn carried<S: Simd>(
         &self,
-        (simd, part): (S, usize),
-        (Planes { second, dq, .. }, _): (Self::Moves<S>, &mut Frames<N, Abreast>),
-        _: &Vector<N, Register<S>>,
+        at: (S, usize),
+        frames: &mut Frames<N, Abreast>,
+        dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
-        let [first, other] = self.load(simd, part).coriolis(second.0, &dq);
+        let (dq, (sin_2, _)) = (two(dq), frames[N - 1].angle(at));
+        let [first, other] = self.load(at.0, at.1).coriolis(sin_2, &dq);
         back(&column([dot(&column(first), &dq), dot(&column(other), &dq)]))
     }
 
     #[inline(always)]
     fn solve<S: Simd>(
         &self,
-        (simd, part): (S, usize),
-        Planes { second, .. }: Self::Moves<S>,
+        at: (S, usize),
+        frames: &Frames<N, Abreast>,
         _: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         let net = two(net);
-        back(&self.load(simd, part).solve(second, [net[0], net[1]]))
+        back(&self.load(at.0, at.1).solve(frames[N - 1].angle(at), [net[0], net[1]]))
     }
 }
 
 impl<const N: usize> Alike<N> for Chain<N, Abreast> {
-    type Moves<S: Simd> = ();
+    const FEW: bool = false;
 
     #[inline(always)]
-    fn moves<S: Simd>(
+    fn find<S: Simd>(
         &self,
         at: (S, usize),
         (q, dq): (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
@@ -287,7 +297,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     fn write_mass_matrix<S: Simd>(
         &self,
         at: (S, usize),
-        ((), frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        frames: &mut Frames<N, Abreast>,
         mass: &mut Matrix<N, Register<S>>,
     ) {
         Part { chains: self, at }.write_mass_matrix(frames, mass);
@@ -297,7 +307,8 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     fn bias<S: Simd>(
         &self,
         at: (S, usize),
-        ((), frames): (Self::Moves<S>, &Frames<N, Abreast>),
+        frames: &Frames<N, Abreast>,
+        _: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         Part { chains: self, at }.bias(frames)
     }
@@ -306,7 +317,7 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     fn carried<S: Simd>(
         &self,
         at: (S, usize),
-        ((), frames): (Self::Moves<S>, &mut Frames<N, Abreast>),
+        frames: &mut Frames<N, Abreast>,
         dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         Part { chains: self, at }.carried(dq, frames)
@@ -316,21 +327,12 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
     fn solve<S: Simd>(
         &self,
         _: (S, usize),
-        (): Self::Moves<S>,
+        _: &Frames<N, Abreast>,
         mass: &Matrix<N, Register<S>>,
         net: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         Factor::of(mass).solve(net)
     }
-}
-
-/// What arms of two links need to know of a motion.
-#[derive(Clone, Copy)]
-pub(crate) struct Planes<T> {
-    /// Sine and cosine of q₁ where there is gravity, and of q₂.
-    first: Option<(T, T)>,
-    second: (T, T),
-    dq: Vector<2, T>,
 }
 
 impl Planar<Abreast> {

@@ -95,18 +95,20 @@ impl<const N: usize, K: Alike<N>> WithSimd for Find<'_, N, K> {
         let mut own = columns([[zero; N]; N]);
         for part in 0..Register::<S>::PARTS {
             let (at, q, dq) = ((simd, part), q.load(simd, part), dq.load(simd, part));
-            let mut moves = arms.moves(at, (&q, &dq), &mut *frames);
-            arms.write_mass_matrix(at, (moves, &mut *frames), &mut own);
+            arms.find(at, (&q, &dq), &mut *frames);
+            arms.write_mass_matrix(at, &mut *frames, &mut own);
             for j in 0..N {
                 for i in 0..N {
                     own[(i, j)].store(&mut mass[(i, j)], part);
                 }
             }
+            let mut moving = dq;
             if let Some(carried) = &mut carried {
-                store(&arms.carried(at, (moves, &mut *frames), &dq), carried, part);
-                moves = arms.moves(at, (&q, &column([zero; N])), &mut *frames);
+                store(&arms.carried(at, &mut *frames, &dq), carried, part);
+                moving = column([zero; N]);
+                arms.find(at, (&q, &moving), &mut *frames);
             }
-            store(&arms.bias(at, (moves, &*frames)), bias, part);
+            store(&arms.bias(at, &*frames, &moving), bias, part);
         }
     }
 }

@@ -118,6 +118,21 @@ impl<const N: usize, S: Simd> Part<'_, N, S> {
     }
 }
 
+impl Frame<Abreast> {
+    /// Puts the sine and the cosine of a joint in its place.
+    #[inline(always)]
+    pub fn keep_angle<S: Simd>(&mut self, (sin, cos): (Register<S>, Register<S>), part: usize) {
+        sin.store(&mut self.turn.s, part);
+        cos.store(&mut self.turn.c, part);
+    }
+
+    /// Those that were put there.
+    #[inline(always)]
+    pub fn angle<S: Simd>(&self, (simd, part): (S, usize)) -> (Register<S>, Register<S>) {
+        (self.turn.s.load(simd, part), self.turn.c.load(simd, part))
+    }
+}
+
 impl<S: Simd> V3<Register<S>> {
     #[inline(always)]
     fn store(&self, V3 { x, y, z }: &mut V3<Abreast>, part: usize) {

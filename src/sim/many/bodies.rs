@@ -8,7 +8,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::case::Case;
 use super::surroundings::Desired;
-use crate::arm::{Arm, ArmsAbreast, Frame, Frames};
+use crate::arm::{Alike, Arm, ArmsAbreast, Frame, Frames, Kind};
 use crate::control::{Controller, Law, LawsAbreast, Limits, Sample};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, in_lanes, none_missing, side_by_side, store,
@@ -159,7 +159,17 @@ impl<const N: usize> Bodies<N> {
     /// Goes to stage i of a step of `h` \[s\].
     #[inline(never)]
     pub fn go(&mut self, i: usize, h: f64, desired: &Desired<N>) {
-        in_lanes(self.arch, Go { bodies: self, i, h, desired });
+        let Self { arch, plants, wraps, now, frames: [frames, _], .. } = self;
+        match &plants.kind {
+            Kind::TwoLinks(plants) if const { N == 2 } => {
+                in_lanes(*arch, Go { plants: &**plants, now, wraps, frames, i, h, desired });
+            }
+            Kind::Chains(plants) => {
+                in_lanes(*arch, Go { plants: &**plants, now, wraps, frames, i, h, desired });
+            }
+            // Arms of two links have two joints.
+            Kind::TwoLinks(_) => {}
+        }
     }
 
     /// Notes a row at time `t` \[s\]: what is not finite, how far the motion went; and what it
@@ -177,19 +187,22 @@ impl<const N: usize> Bodies<N> {
     }
 }
 
-struct Go<'a, const N: usize> {
-    bodies: &'a mut Bodies<N>,
+struct Go<'a, const N: usize, K> {
+    plants: &'a K,
+    now: &'a mut Now<N>,
+    wraps: &'a [bool; N],
+    frames: &'a mut Frames<N, Abreast>,
     i: usize,
     h: f64,
     desired: &'a Desired<N>,
 }
 
-impl<const N: usize> WithSimd for Go<'_, N> {
+impl<const N: usize, K: Alike<N>> WithSimd for Go<'_, N, K> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { bodies: Bodies { now, wraps, .. }, i, h, desired } = self;
+        let Self { plants, now, wraps, frames, i, h, desired } = self;
         for part in 0..Register::<S>::PARTS {
             let mut motion = now.start.load(simd, part);
             if i > 0 {
@@ -207,6 +220,9 @@ impl<const N: usize> WithSimd for Go<'_, N> {
             store(&seen.desired.q, &mut desired.q, part);
             store(&seen.desired.dq, &mut desired.dq, part);
             store(&seen.desired.ddq, &mut desired.ddq, part);
+            if K::FEW {
+                plants.find((simd, part), (&seen.q, &seen.dq), &mut *frames);
+            }
         }
     }
 }

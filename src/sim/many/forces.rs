@@ -99,12 +99,14 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             let (at, now) = ((simd, part), &mut *pushed.now);
             let (q, dq) = (now.seen.q.load(simd, part), now.seen.dq.load(simd, part));
             let [own, believed] = &mut *frames;
-            let moves = plants.moves(at, (&q, &dq), own);
+            if !K::FEW {
+                plants.find(at, (&q, &dq), &mut *own);
+            }
             if *alike {
-                models.write_dynamics(at, (moves, &mut *own), (&mut mass, &mut bias));
+                models.write_dynamics(at, (&mut *own, &dq), (&mut mass, &mut bias));
             } else {
-                let known = models.moves(at, (&q, &dq), &mut *believed);
-                models.write_dynamics(at, (known, believed), (&mut mass, &mut bias));
+                models.find(at, (&q, &dq), &mut *believed);
+                models.write_dynamics(at, (believed, &dq), (&mut mass, &mut bias));
             }
             if laws.arms().friction.is_some() {
                 let believed = if *one_friction { &now.resisted } else { &now.believed };
@@ -124,7 +126,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Act<'_, N, K> {
             store(&applied, &mut now.applied, part);
             store(&demand.v, &mut now.v, part);
             store(&rho_hat, &mut now.rho_hat, part);
-            pushed.accelerate(at, plants, (moves, own), (&mut mass, &mut bias));
+            pushed.accelerate(at, plants, own, (&mut mass, &mut bias));
         }
     }
 }
@@ -144,10 +146,12 @@ impl<const N: usize, K: Alike<N>> WithSimd for Fly<'_, N, K> {
         let zero = Abreast::all(0.0).load(simd, 0);
         let (mut mass, mut bias) = (columns([[zero; N]; N]), column([zero; N]));
         for part in 0..Register::<S>::PARTS {
-            let Sample { q, dq, .. } = &pushed.now.seen;
-            let motion = (&q.load(simd, part), &dq.load(simd, part));
-            let moves = plants.moves((simd, part), motion, &mut *frames);
-            pushed.accelerate((simd, part), plants, (moves, &mut *frames), (&mut mass, &mut bias));
+            if !K::FEW {
+                let Sample { q, dq, .. } = &pushed.now.seen;
+                let motion = (&q.load(simd, part), &dq.load(simd, part));
+                plants.find((simd, part), motion, &mut *frames);
+            }
+            pushed.accelerate((simd, part), plants, &mut *frames, (&mut mass, &mut bias));
         }
     }
 }
@@ -160,11 +164,12 @@ impl<const N: usize> Pushed<'_, N> {
         &mut self,
         (simd, part): (S, usize),
         plants: &K,
-        (moves, frames): (K::Moves<S>, &mut Frames<N, Abreast>),
+        frames: &mut Frames<N, Abreast>,
         (mass, bias): Dynamics<'_, N, S>,
     ) {
         let Self { friction, now, lost, push: Push { i, h, tau_d, held } } = self;
-        plants.write_dynamics((simd, part), (moves, frames), (&mut *mass, &mut *bias));
+        let dq = now.seen.dq.load(simd, part);
+        plants.write_dynamics((simd, part), (&mut *frames, &dq), (&mut *mass, &mut *bias));
         let (mut net, tau_d) = (now.applied.load(simd, part), tau_d.load(simd, part));
         for n in 0..N {
             net[n] -= tau_d[n];
@@ -182,11 +187,11 @@ impl<const N: usize> Pushed<'_, N> {
                 (lost.load(simd, part) + ordinary).store(lost, part);
                 factor.solve(&net)
             }
-            _ => plants.solve((simd, part), moves, mass, &net),
+            _ => plants.solve((simd, part), frames, mass, &net),
         };
         let rates = &mut now.rates[*i];
         for n in 0..N {
-            now.seen.dq[n].load(simd, part).store(&mut rates.q[n], part);
+            dq[n].store(&mut rates.q[n], part);
         }
         store(&ddq, &mut rates.dq, part);
     }
