@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
+import itertools
 import json
 import re
 import sys
@@ -59,7 +60,21 @@ class FunctionSource:
         self.function = function
 
     def check(self, points: Iterable[Row]) -> None:
-        """A function says itself what it does not take: its rows are "raised"."""
+        """Refuse inputs of other names than the function's; of values it says itself what is wrong.
+
+        Its rows are "raised" then.
+        """
+        try:
+            signature = inspect.signature(self.function)
+        except (TypeError, ValueError):  # of what Python cannot see into
+            return
+        for point in itertools.islice(points, 1):
+            try:
+                signature.bind(**point)
+            except TypeError as error:
+                inputs = ", ".join(point) or "none"
+                wants = f"the inputs of {named(self.function)}{signature} ({error})"
+                raise TypeError(f"over: got {inputs}, wants {wants}") from None
 
     def made(self, point: Row) -> Any:
         """What the function returns."""

@@ -15,8 +15,8 @@ ARM = sa.TwoLink(4.0, 0.5, 0.2)
 PATH = sa.Sines(2.0, sin=(0.3, 0.2))
 
 
-def product(a: float, b: float) -> dict[str, Any]:
-    """Figures; three is bad."""
+def product(a: float, b: float, seed: int = 0) -> dict[str, Any]:
+    """Figures, which no seed changes; three is bad."""
     if a == 3:
         raise ValueError("three is bad")
     return {"product": a * b, "word": f"{a}"} | ({"even": a % 2 == 0} if a > 3 else {})
@@ -35,6 +35,11 @@ def arguments(scale: float, kp: float, seed: int) -> dict[str, Any]:
         "effects": sa.Effects(noise=1e-4, seed=seed),
         "window": (0.05, 0.1),
     }
+
+
+def total(a: float, b: float) -> dict[str, float]:
+    """Another figure of the same inputs."""
+    return {"total": a + b}
 
 
 def slow(number: int) -> dict[str, float]:

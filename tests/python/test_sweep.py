@@ -203,7 +203,7 @@ def test_a_row_that_ctrl_c_cut_short_is_not_kept(tmp_path: Path) -> None:
         (jobs.product, {"a": range(3), "b": [2.0]}, None, "over['b']: there 1.0, here 2.0"),
         (jobs.product, {"a": range(4), "b": [1.0]}, None, "rows: there 3, here 4"),
         (jobs.product, {"b": [1.0], "a": range(3)}, None, "order, the slowest first"),
-        (jobs.slow, {"a": range(3), "b": [1.0]}, None, "function: there sweep_jobs.product"),
+        (jobs.total, {"a": range(3), "b": [1.0]}, None, "function: there sweep_jobs.product"),
         (jobs.product, {"a": range(3), "b": [1.0]}, 1, "over['seed']: there none, here 0"),
     ],
 )
@@ -256,6 +256,28 @@ def test_runs_share_a_call_only_where_their_options_are_the_same_to_the_bit(tmp_
         alone = sa.sweep(jobs.windowed, {"begin": [begin]}, out=tmp_path / f"{place}").table()
         assert together["rms_e_1"][place] == alone["rms_e_1"][0]
     assert together["rms_e_1"][0] != together["rms_e_1"][1]
+
+
+@pytest.mark.parametrize(
+    ("over", "seeds", "words"),
+    [
+        (
+            {"a": [1.0], "c": [2.0]},
+            None,
+            "over: got a, c, wants the inputs of sweep_jobs.total(a: ",
+        ),
+        ({"a": [1.0]}, None, "missing a required argument: 'b'"),
+        ({"a": [1.0], "b": [2.0]}, 2, "got an unexpected keyword argument 'seed'"),
+        ({}, None, "over: got none, wants the inputs of sweep_jobs.total"),
+    ],
+)
+def test_inputs_that_the_function_does_not_take_are_refused_at_once(
+    over: Any, seeds: Any, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(TypeError) as refused:
+        sa.sweep(jobs.total, over, seeds=seeds, out=tmp_path / "rows")
+    assert words in str(refused.value)
+    assert not (tmp_path / "rows").exists()
 
 
 def test_a_plan_without_inputs_has_one_row(tmp_path: Path) -> None:
