@@ -119,21 +119,28 @@ def test_runs_of_a_scene_drawn_at_random_are_those_of_simulate(scene: int) -> No
     if rng.random() < 0.3:
         limit = float(rng.uniform(20.0, 90.0))
         drawn = [tracker.__replace__(effort_limit=limit) for tracker in drawn]
-    trackers = drawn * count if len(drawn) == 1 else drawn
     one = {"frequency": [float(rng.uniform(1.0, 4.0))], "sin": [[0.2] * joints]}
     path = sa.Sines(**one, cos=[[0.0] * joints], offset=POSE[:joints])
     push = sa.Sines(frequency=[2.0], sin=[[0.5] * joints], cos=[[0.1] * joints])
     pushed = [sa.Plant(arm, disturbance=push if rng.random() < 0.9 else None) for arm in plants]
     sampled = rng.random() < 0.6
     options: dict[str, Any] = {"control_period": None}
+    through: list[sa.Effects | None] = [None] * count
     if sampled:
         options["control_period"] = float(rng.choice([1.0, 2.0, 4.0])) * 1e-3
-        options["effects"] = effects(rng) if rng.random() < 0.5 else None
+        if rng.random() < 0.3:
+            drawn = [tracker.__replace__(delay=1) for tracker in drawn]
+        one_for_all = [effects(rng) if rng.random() < 0.5 else None] * count
+        each = [effects(rng) if rng.random() < 0.5 else None for _ in range(count)]
+        through = each if rng.random() < 0.3 else one_for_all
+    trackers = drawn * count if len(drawn) == 1 else drawn
     timing = float(rng.choice([0.05, 0.1, 0.155])), 1e-3
     q0 = np.array(POSE[:joints]) + rng.uniform(-0.1, 0.1, (count, joints))
-    many = sa.simulate_many(pushed, trackers, path, *timing, q0=q0, progress=False, **options)
+    several = {"q0": q0, "effects": through, "progress": False}
+    many = sa.simulate_many(pushed, trackers, path, *timing, **several, **options)
     for run, (plant, tracker) in enumerate(zip(pushed, trackers, strict=True)):
-        alone = sa.simulate(plant, tracker, path, *timing, q0=q0[run], **options)
+        own = {"q0": q0[run], "effects": through[run]}
+        alone = sa.simulate(plant, tracker, path, *timing, **own, **options)
         figures = alone.metrics()
         assert many.status[run].kind == alone.status.kind, (law, run)
         for name in FIGURES:

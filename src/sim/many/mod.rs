@@ -169,7 +169,9 @@ where
         let alone = case.plant.changes() || !goes_along(&case.effects);
         !alone && (sampled || as_in_continuous_time && !case.effects.is_on())
     };
-    if !cases.iter().all(plain) {
+    // With effects a loop is another one: what a controller is told comes from its drives.
+    let affected = |case: &Case<'_, N, A, D, L, C, R, S>| case.effects.is_on();
+    if !cases.iter().all(plain) || cases.iter().any(|it| affected(it) != affected(&cases[0])) {
         return nothing;
     }
     let cases = cases.each_ref();

@@ -308,6 +308,39 @@ fn a_run_that_is_not_ordinary_goes_alone() {
     assert_eq!(went, core::array::from_fn(|i| i != 3));
 }
 
+/// A loop with effects is told what acted by its drives, and one without is not: they do not go
+/// together.
+#[test]
+fn loops_with_effects_and_without_do_not_go_side_by_side() {
+    let plants: [_; LANES] =
+        core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, Friction::default())));
+    let (gains, integral) = Integral::with_bandwidth([8.0; 2]).unwrap();
+    let law = ComputedTorque::new(two_link(4.0, Friction::default()), gains);
+    let front = Front { delay: 1, ..Front::default() };
+    let late = Controller::new(law, integral).with_front(front).unwrap();
+    let (controller, state) = (&late, &State::new(DynamicState::new()));
+    let reference = &|t: f64| Setpoint::at_rest(Vector::<2>::repeat(0.1 * t));
+    let record = Record::Metrics(Window { from: 0.05, to: 0.15, band: 0.01 });
+    let options =
+        Options { duration: 0.25, record, control_period: Some(1e-3), ..Options::default() };
+    for (others, goes) in [(noisy(0.0), true), (Effects::default(), false)] {
+        let cases: [_; LANES] = core::array::from_fn(|i| {
+            let effects = if i == 3 { noisy(0.0) } else { others };
+            let (plant, q0, dq0) = (&plants[i], [0.1; 2], [0.05; 2]);
+            Case { plant, controller, state, reference, q0, dq0, effects }
+        });
+        let stop = AtomicBool::new(false);
+        for arch in instruction_sets() {
+            let runs = abreast(&cases, &options, &stop, arch);
+            assert_eq!(runs.each_ref().map(Option::is_some), [goes; LANES]);
+            for (run, case) in runs.iter().zip(&cases) {
+                let alone = alone(case, &options, &stop).unwrap();
+                assert!(run.as_ref().is_none_or(|run| *run == alone));
+            }
+        }
+    }
+}
+
 /// What a sampled controller refuses, or does not feel, is not ordinary; in continuous time it is.
 #[test]
 fn a_set_point_that_a_sampled_controller_refuses_goes_alone() {

@@ -12,6 +12,7 @@ use crate::math::{Abreast, LANES, TINY_WEIGHT, Vector};
 
 /// Inputs of a joint.
 pub const INPUTS: usize = 2;
+
 /// Compensators of eight runs with their states.
 #[derive(Clone, Debug)]
 pub struct PerJoint<const N: usize> {
