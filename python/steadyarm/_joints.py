@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cache
 from operator import index
 from typing import TYPE_CHECKING, Any, SupportsIndex
 
@@ -82,10 +81,9 @@ def in_length(unit: str, length: str) -> str:
     return unit.replace("N·m", "N").replace("rad", "m") if length == "m" else unit
 
 
-@cache
 def numbered(joints: int) -> tuple[str, ...]:
     """The names of joints that have none: their numbers."""
-    return tuple(str(joint + 1) for joint in range(joints))
+    return tuple(map(str, range(1, joints + 1)))
 
 
 def title(name: str) -> str:
