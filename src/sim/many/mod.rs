@@ -3,9 +3,10 @@
 //! Each run has the bits of [`simulate`](super::simulate), whatever runs beside it. The way
 //! through: a `case` is a run; `abreast` (continuous time) and `sampled` are loops of eight, a run
 //! a lane; `surroundings` are what these are asked to do and what pushes them, `bodies` their arms,
-//! `forces` what moves these, `estimators` and `deciders` what compensates and
-//! decides. What is left over, and what was lost,
-//! goes alone.
+//! `forces` what moves these, `estimators` what compensates in continuous time. In sampled loops
+//! `deciders` decide: `together`, or one after the other from `models`; `affected` stands between
+//! these and what sensors measure, and `measured` are those that decide together there. What is
+//! left over, and what was lost, goes alone.
 
 mod abreast;
 mod affected;
