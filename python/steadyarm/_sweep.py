@@ -161,7 +161,9 @@ def _plan(arguments: argparse.Namespace) -> Plan:
     given = arguments.over or []
     over = dict(given)
     if len(over) < len(given):
-        raise Refused("--over: got an input twice, wants each once")
+        names = [name for name, _ in given]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise Refused(f"--over: got an input twice, {twice}, wants each once")
     if not over and arguments.seeds is None:
         raise Refused("--over: is missing, wants an input and its values, such as payload=0:3:50")
     return plan_of(over, arguments.seeds)

@@ -48,7 +48,8 @@ def drawn(
     columns = sweep.table()
     x, y = _chosen(sweep, columns, x, y)
     if not value:
-        raise ValueError("value: no row has a figure")
+        ended = ", ".join(f"{status}: {count}" for status, count in sweep.counts().items())
+        raise ValueError(f"value: no row has a figure ({ended or 'there are no rows'})")
     words, unit, scale = told(value, sweep.units)
     picture = Picture(width, style=style)
     picture.set_figheight(SHARE * picture.wide)

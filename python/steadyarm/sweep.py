@@ -156,7 +156,8 @@ class Sweep:
         columns = self._read[0]
         place = np.flatnonzero(columns["index"] == index)
         if not len(place):
-            raise ValueError(f"index: got {index}, wants a row that is there")
+            rows = f", from {columns['index'].min()} to {columns['index'].max()}" * bool(len(self))
+            raise ValueError(f"index: got {index}, wants a row that is there{rows}")
         if self._said["repeat"] is None:
             again = self._worst(int(place[0]), float("nan")).again
             raise ValueError(f"index: this is no sweep of a scenario's file; run {again} in Python")
