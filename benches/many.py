@@ -112,6 +112,12 @@ def sensed(loop):
     return replace(loop, options={"control_period": STEP, "effects": machine})
 
 
+def told(loop):
+    """Return the sensed loop with a tracker that knows of the delay."""
+    loop = sensed(loop)
+    return replace(loop, tracker=loop.tracker.__replace__(delay=1))
+
+
 def by_law(loop, law):
     """Return the sampled loop with another law."""
     tracker = law(loop.tracker.arm, bandwidth=BANDWIDTH)
@@ -176,6 +182,7 @@ def contests(loops, quick):
     others = {
         "Panda, 25 rules a joint at 1 kHz": loops["sampled"],
         "Panda, 25 rules a joint, encoders, delay": loops["sensed"],
+        "Panda, 25 rules a joint, encoders, delay=1": loops["told"],
         "Panda, PID at 1 kHz": loops["pid"],
         "Panda, momentum observer at 1 kHz": loops["observer"],
         "Panda, recommended, encoders, delay": loops["recommended"],
@@ -220,6 +227,7 @@ def main():
     loops |= {
         "sampled": sampled(loops["panda"]),
         "sensed": sensed(loops["panda"]),
+        "told": told(loops["panda"]),
         "pid": by_law(loops["panda"], sa.laws.pid),
         "observer": by_law(loops["panda"], sa.laws.momentum_observer),
         "recommended": recommended(loops["panda"]),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import hashlib
 import inspect
-import itertools
 import json
 import re
 import sys
@@ -68,13 +67,13 @@ class FunctionSource:
             signature = inspect.signature(self.function)
         except (TypeError, ValueError):  # of what Python cannot see into
             return
-        for point in itertools.islice(points, 1):
-            try:
-                signature.bind(**point)
-            except TypeError as error:
-                inputs = ", ".join(point) or "none"
-                wants = f"the inputs of {named(self.function)}{signature} ({error})"
-                raise TypeError(f"over: got {inputs}, wants {wants}") from None
+        point = next(iter(points))
+        try:
+            signature.bind(**point)
+        except TypeError as error:
+            inputs = ", ".join(point) or "none"
+            wants = f"the inputs of {named(self.function)}{signature} ({error})"
+            raise TypeError(f"over: got {inputs}, wants {wants}") from None
 
     def made(self, point: Row) -> Any:
         """What the function returns."""

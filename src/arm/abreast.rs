@@ -236,12 +236,7 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
         frames: &mut Frames<N, Abreast>,
         mass: &mut Matrix<N, Register<S>>,
     ) {
-        let own = self.load(at.0, at.1).mass(frames[N - 1].angle(at).1);
-        for j in 0..N {
-            for i in 0..N {
-                mass[(i, j)] = own[(i.min(1), j.min(1))];
-            }
-        }
+        *mass = self.load(at.0, at.1).mass_matrix(frames[N - 1].angle(at).1);
     }
 
     #[inline(always)]

@@ -80,7 +80,20 @@ impl<T: Real> Planar<T> {
         ])
     }
 
-    /// M and C q̇ + G from the same, of as many joints as there are: two.
+    /// M of as many joints as there are: two.
+    #[inline(always)]
+    pub fn mass_matrix<const N: usize>(&self, cos_2: T) -> Matrix<N, T> {
+        let own = self.mass(cos_2);
+        let mut mass = columns([[own[(0, 0)]; N]; N]);
+        for i in 0..N {
+            for j in 0..N {
+                mass[(i, j)] = own[(i.min(1), j.min(1))];
+            }
+        }
+        mass
+    }
+
+    /// M and C q̇ + G, from sine and cosine of q₁ where there is gravity, and of q₂.
     #[inline(always)]
     pub fn dynamics<const N: usize>(
         &self,
@@ -88,14 +101,7 @@ impl<T: Real> Planar<T> {
         second: (T, T),
         dq: &Vector<2, T>,
     ) -> (Matrix<N, T>, Vector<N, T>) {
-        let (own, bias) = (self.mass(second.1), self.rigid_at(first, second, dq));
-        let mut mass = columns([[own[(0, 0)]; N]; N]);
-        for i in 0..N {
-            for j in 0..N {
-                mass[(i, j)] = own[(i.min(1), j.min(1))];
-            }
-        }
-        (mass, back(&bias))
+        (self.mass_matrix(second.1), back(&self.rigid_at(first, second, dq)))
     }
 }
 

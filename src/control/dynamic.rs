@@ -31,7 +31,7 @@ pub trait Dynamic<const N: usize, const K: usize> {
     fn rate(&self, z: &Vector<K>, seen: &Sample<N>, applied: &Applied<N>) -> Vector<K>;
 
     /// What moves z, where that can be put beside others, for many runs at a time: z is then a
-    /// number a joint. `None` by default: it is asked by itself.
+    /// number a joint. `None` by default, and for laws of your own: it is asked by itself.
     fn moved(&self) -> Option<Moved<'_, N>> {
         None
     }
