@@ -137,7 +137,11 @@ def _with(value: Any, below: Below, path: str, run: int) -> Any:
         # A law has arguments that it does not name; it says itself which ones.
         if name not in has and not isinstance(value, Mapping):
             what = "None" if value is None else f"a {type(value).__name__}"
-            there = f"{what}, which has {', '.join(has)}" if has else f"{what}, wants all of it"
+            there = f"{what}, wants all of it, by the name '{path}'"
+            if has:
+                there = f"{what}, which has {', '.join(has)}"
+                if isinstance(has.get("law"), Mapping):
+                    there += f"; an argument of its law is '{path}.law.{name}'"
             raise ValueError(f"changes: got '{path}.{name}' for run {run}; {path} is {there}")
     new = {name: _with(has.get(name), it, f"{path}.{name}", run) for name, it in inner.items()}
     try:

@@ -51,6 +51,10 @@ ONE: dict[str, tuple[Any, str]] = {
         {"changes": [{"plant.arm.weight": 3.0}]},
         r"changes: got 'plant.arm.weight' for run 0; plant.arm is a TwoLink, which has mass, len",
     ),
+    "changes of a law without its name": (
+        {"tracker": made("pid", TWO), "changes": [{"tracker.kp": 3.0}]},
+        r"changes: got 'tracker.kp' for run 0; .* an argument of its law is 'tracker.law.kp'",
+    ),
     "changes of no law": (
         {"tracker": made("pid", TWO), "changes": [{"tracker.law.kq": 3.0}]},
         r"law: unknown field `kq`, .*\nsteadyarm: for run 0, changes of tracker: law",
@@ -68,7 +72,8 @@ ONE: dict[str, tuple[Any, str]] = {
             "plant": sa.Plant(sa.Serial.shipped("panda")),
             "changes": [{"plant.arm.mass": 3.0}],
         },
-        r"changes: got 'plant.arm.mass' for run 0; plant.arm is a Serial, wants all of it",
+        r"changes: got 'plant.arm.mass' for run 0; plant.arm is a Serial, wants all of it, by the "
+        "name 'plant.arm'",
     ),
     "changes to what cannot be": (
         {"changes": [{"plant.arm.mass": -3.0}]},
