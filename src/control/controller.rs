@@ -12,7 +12,8 @@
 
 use super::checks::{check_applied, check_period, check_sample, desired_felt, felt};
 use super::front::{FrontMemory, View};
-use super::state::{IMPOSSIBLE, Pending};
+use super::limits::possible;
+use super::state::Pending;
 use super::{
     Applied, Compensator, Demand, Front, Law, Limits, NoCompensation, Sample, Stage, State,
 };
@@ -97,6 +98,13 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
     #[inline(always)]
     pub(crate) fn felt(&self, q: &Vector<N>, dq: &Vector<N>, desired: &Setpoint<N>) -> Sample<N> {
         self.sample(&felt(q), &felt(dq), &desired_felt(desired))
+    }
+
+    /// Whether its law sees what is measured, and no torque depends on the one before but by what
+    /// is learnt: nothing stands before the law, and no rate is limited.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_bare(&self) -> bool {
+        !self.front.is_on() && !self.limits.limits_rate()
     }
 
     /// Forgets everything: the state is then as a new one, to the bit. If a torque is on the robot,
@@ -208,13 +216,13 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
             }
         }
         state.pending = Some(Pending { sample, applied, dt });
-        state.last_tau = Some(command.tau.map(|tau| tau.clamp(-IMPOSSIBLE, IMPOSSIBLE)));
+        state.last_tau = Some(possible(&command.tau));
         state.steps = state.steps.saturating_add(1);
         Ok(command)
     }
 
     /// As [`step`](Self::step) from M₀ and H₀ at this q and q̇, for a law that has a
-    /// [`model`](Law::model), without a front.
+    /// [`model`](Law::model) and sees q̇ as it is measured.
     #[cfg(feature = "std")]
     pub(crate) fn step_from<S>(
         &self,
@@ -332,9 +340,9 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         q: &Vector<N>,
         command: &mut Command<N>,
     ) -> View<N> {
-        let before = || state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
+        let before = state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
         let asked = command.model + command.compensation;
-        command.model += self.front.cushion(&mut view, before, &asked);
+        self.front.cushion(&mut view, &before, &asked, &mut command.model);
         command.tau = self.limits.clamp(&(command.model + command.compensation));
         view
     }

@@ -1,6 +1,12 @@
 //! What a torque command may be: an effort limit and a rate limit.
 
+#[cfg(feature = "std")]
+use core::array;
+
+use super::state::IMPOSSIBLE;
 use crate::error::{Result, accepted};
+#[cfg(feature = "std")]
+use crate::math::{Abreast, LANES};
 use crate::math::{Real, Vector};
 
 /// Limits on the torque that a controller asks for. Unlimited by default.
@@ -31,6 +37,17 @@ impl<const N: usize> Limits<N> {
     #[inline]
     pub fn limits_rate(&self) -> bool {
         self.effort_rate_limit.iter().any(|limit| limit.is_finite())
+    }
+}
+
+#[cfg(feature = "std")]
+impl<const N: usize> Limits<N, Abreast> {
+    /// Those of eight controllers.
+    pub(crate) fn abreast(each: [&Limits<N>; LANES]) -> Self {
+        Self {
+            effort_limit: array::from_fn(|n| Abreast::of(each, |it| it.effort_limit[n])),
+            effort_rate_limit: array::from_fn(|n| Abreast::of(each, |it| it.effort_rate_limit[n])),
+        }
     }
 }
 
@@ -77,6 +94,16 @@ pub(super) fn unless_limited<const N: usize, T: Real>(
         x[n] = zero.if_less(gap, zero, x[n]);
     }
     x
+}
+
+/// The nearest torque that an arm can have.
+#[inline(always)]
+pub(super) fn possible<const N: usize, T: Real>(tau: &Vector<N, T>) -> Vector<N, T> {
+    let mut possible = *tau;
+    for n in 0..N {
+        possible[n] = bound(tau[n], tau[n].like(-IMPOSSIBLE), tau[n].like(IMPOSSIBLE));
+    }
+    possible
 }
 
 /// As `f64::clamp`, which panics on bounds that are NaN or crossed; NaN stays NaN.

@@ -55,7 +55,7 @@ pub use controller::{Command, Controller};
 pub use dynamic::{Dynamic, DynamicState};
 pub use front::{Front, MAX_DELAY};
 #[cfg(feature = "std")]
-pub(crate) use front::{held_on, mean_acting};
+pub(crate) use front::{FrontsAbreast, held_on, mean_acting};
 pub use fuzzy_compensator::{FuzzyCompensator, FuzzyState};
 pub use gains::Gains;
 pub(crate) use gains::keeps_up;

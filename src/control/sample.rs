@@ -2,7 +2,10 @@
 //! the circle where a joint turns without an end.
 
 #[cfg(feature = "std")]
-use crate::math::{Abreast, lane};
+use pulp::Simd;
+
+#[cfg(feature = "std")]
+use crate::math::{Abreast, Register, lane, put, store};
 use crate::math::{Real, Vector};
 use crate::reference::Setpoint;
 
@@ -53,7 +56,33 @@ impl<const N: usize, T: Real> Sample<N, T> {
 }
 
 #[cfg(feature = "std")]
+impl<const N: usize, S: Simd> Sample<N, Register<S>> {
+    /// Puts them in their place.
+    #[inline(always)]
+    pub(crate) fn store(&self, to: &mut Sample<N, Abreast>, part: usize) {
+        store(&self.q, &mut to.q, part);
+        store(&self.dq, &mut to.dq, part);
+        store(&self.e, &mut to.e, part);
+        store(&self.de, &mut to.de, part);
+        store(&self.desired.q, &mut to.desired.q, part);
+        store(&self.desired.dq, &mut to.desired.dq, part);
+        store(&self.desired.ddq, &mut to.desired.ddq, part);
+    }
+}
+
+#[cfg(feature = "std")]
 impl<const N: usize> Sample<N, Abreast> {
+    /// Shows the controller in a lane what it sees.
+    pub(crate) fn show(&mut self, i: usize, Sample { q, dq, desired, e, de }: &Sample<N>) {
+        put(q, &mut self.q, i);
+        put(dq, &mut self.dq, i);
+        put(e, &mut self.e, i);
+        put(de, &mut self.de, i);
+        put(&desired.q, &mut self.desired.q, i);
+        put(&desired.dq, &mut self.desired.dq, i);
+        put(&desired.ddq, &mut self.desired.ddq, i);
+    }
+
     /// What the controller in a lane sees.
     pub(crate) fn lane(&self, i: usize) -> Sample<N> {
         let Self { q, dq, desired, e, de } = self;

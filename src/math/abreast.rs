@@ -29,13 +29,19 @@ pub(crate) fn lane<const N: usize>(x: &Vector<N, Abreast>, lane: usize) -> Vecto
     Vector::<N>::from_fn(|n, _| x[n].0[lane])
 }
 
+/// Puts a vector into a lane.
+#[inline(always)]
+pub(crate) fn put<const N: usize>(from: &Vector<N>, to: &mut Vector<N, Abreast>, lane: usize) {
+    for n in 0..N {
+        to[n].0[lane] = from[n];
+    }
+}
+
 /// Vectors, a lane each.
 pub(crate) fn side_by_side<const N: usize>(each: &[Vector<N>; LANES]) -> Vector<N, Abreast> {
     let mut all = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
     for (i, one) in each.iter().enumerate() {
-        for n in 0..N {
-            all[n].0[i] = one[n];
-        }
+        put(one, &mut all, i);
     }
     all
 }

@@ -16,7 +16,7 @@ mod sines;
 mod single;
 
 #[cfg(feature = "std")]
-pub(crate) use abreast::{Abreast, has_lanes, in_lanes, lane, none_missing, side_by_side};
+pub(crate) use abreast::{Abreast, has_lanes, in_lanes, lane, none_missing, put, side_by_side};
 pub(crate) use exponential::exponential;
 #[cfg(feature = "std")]
 pub(crate) use exponential::exponentials;

@@ -104,6 +104,22 @@ def effects(rng: Random) -> sa.Effects:
     return sa.Effects(**drawn, seed=int(rng.integers(99)))
 
 
+def before_laws(rng: Random, trackers: list[Any]) -> list[Any]:
+    """Put before all laws what one sampled loop may have there, with a rate of its own in each."""
+    rates: dict[str, Callable[[], Any]] = {
+        "hand_over": lambda: float(rng.uniform(2.0, 20.0)),
+        "velocity_filter": lambda: float(rng.uniform(20.0, 150.0)),
+        "bumpless": lambda: float(rng.uniform(5.0, 50.0)),
+        "effort_rate_limit": lambda: float(rng.uniform(200.0, 2e4)),
+    }
+    names = [name for name in rates if rng.random() < 0.2]
+    delay = int(rng.choice([0, 0, 1, 2]))
+    return [
+        tracker.__replace__(delay=delay, **{name: rates[name]() for name in names})
+        for tracker in trackers
+    ]
+
+
 @pytest.mark.filterwarnings("ignore::steadyarm.DesignWarning")
 @pytest.mark.parametrize("scene", range(SCENES))
 def test_runs_of_a_scene_drawn_at_random_are_those_of_simulate(scene: int) -> None:
@@ -128,8 +144,7 @@ def test_runs_of_a_scene_drawn_at_random_are_those_of_simulate(scene: int) -> No
     through: list[sa.Effects | None] = [None] * count
     if sampled:
         options["control_period"] = float(rng.choice([1.0, 2.0, 4.0])) * 1e-3
-        if rng.random() < 0.3:
-            drawn = [tracker.__replace__(delay=1) for tracker in drawn]
+        drawn = before_laws(rng, drawn)
         one_for_all = [effects(rng) if rng.random() < 0.5 else None] * count
         each = [effects(rng) if rng.random() < 0.5 else None for _ in range(count)]
         through = each if rng.random() < 0.3 else one_for_all

@@ -6,10 +6,11 @@ use super::case::Case;
 use super::course::Course;
 use super::measured::Measured;
 use super::models::Models;
+use super::together::Together;
 use crate::arm::Arm;
 use crate::control::{Command, Compensator, Law, Sample, State};
 use crate::effects::Effects;
-use crate::math::{Abreast, LANES, Vector, lane};
+use crate::math::{Abreast, LANES, Vector, lane, put};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 use crate::sim::affected::{Line, Taken};
@@ -68,7 +69,8 @@ where
         let effects = cases.map(|case| &case.effects);
         // A controller whose sample is lost does not decide when the others do.
         let keeps = effects.iter().all(|effects| effects.timing.drop == 0.0);
-        let abreast = if keeps { Measured::new(cases, bodies) } else { None };
+        let together = if keeps { Together::new(cases, bodies) } else { None };
+        let abreast = together.and_then(|together| Measured::new(together, cases));
         let controllers = match abreast {
             Some(measured) => Controllers::Abreast(Box::new(measured)),
             None => {
@@ -92,12 +94,12 @@ where
         let commands = match &mut self.controllers {
             Controllers::Abreast(measured) => {
                 for (i, taken) in all.iter().enumerate() {
-                    if let Some(Taken {
-                        sample: Some(Sample { q, dq, desired, .. }), told, ..
-                    }) = taken
-                    {
-                        let felt = self.loops[i].controller.felt(q, dq, desired);
-                        measured.show(i, &felt, told.as_ref());
+                    let Some(Taken { sample: Some(sample), told, .. }) = taken else { continue };
+                    let (Sample { q, dq, desired, .. }, of) = (sample, self.loops[i].controller);
+                    measured.seen.show(i, &of.felt(q, dq, desired));
+                    match told {
+                        Some(told) => measured.tell(i, told),
+                        None => measured.begin(i, of, q, &mut bodies.lost),
                     }
                 }
                 measured.decide(bodies.arch, self.begun, period, &mut bodies.lost);
@@ -141,7 +143,7 @@ where
         match &mut self.controllers {
             Controllers::Abreast(measured) => {
                 for (i, line) in self.lines.iter().enumerate() {
-                    measured.tell(i, &line.acted(0));
+                    measured.tell(i, &line.acted(self.loops[i].controller.front.delay));
                 }
                 measured.end(bodies.arch, period, &mut bodies.lost);
             }
@@ -200,12 +202,5 @@ impl<const N: usize, S: Clone> States<N, S> {
             }
         }
         commands
-    }
-}
-
-/// Puts a vector into a lane.
-fn put<const N: usize>(from: &Vector<N>, to: &mut Vector<N, Abreast>, i: usize) {
-    for n in 0..N {
-        to[n].0[i] = from[n];
     }
 }

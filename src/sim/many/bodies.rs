@@ -77,23 +77,17 @@ impl<const N: usize> Drivers<N> {
             law.model().zip(law.constant_gains())
         });
         let laws = LawsAbreast::of(none_missing(sides)?)?;
+        let actuators = cases
+            .map(|case| Limits { effort_limit: *case.plant.effort_limit(), ..Limits::default() });
         let limits = [
-            effort_limits(cases.map(|case| &case.controller.limits.effort_limit)),
-            effort_limits(cases.map(|case| case.plant.effort_limit())),
+            Limits::abreast(cases.map(|case| &case.controller.limits)),
+            Limits::abreast(actuators.each_ref()),
         ];
         let alike = bodies.plants.moves_as(laws.arms())?;
         let one_friction = bodies.plants.friction == laws.arms().friction;
         let mut efforts = limits.iter().flat_map(|limits| limits.effort_limit);
         let limited = efforts.any(|limit| limit != Abreast::all(f64::INFINITY));
         Some(Self { laws, alike, one_friction, limits, limited })
-    }
-}
-
-/// Limits of effort, those of a run a lane.
-fn effort_limits<const N: usize>(each: [&[f64; N]; LANES]) -> Limits<N, Abreast> {
-    Limits {
-        effort_limit: core::array::from_fn(|n| Abreast::of(each, |limit| limit[n])),
-        effort_rate_limit: [Abreast::all(f64::INFINITY); N],
     }
 }
 
@@ -212,14 +206,7 @@ impl<const N: usize, K: Alike<N>> WithSimd for Go<'_, N, K> {
             }
             let Motion { q, dq } = motion;
             let seen = Sample::wrapped(q, dq, desired.load(simd, part), wraps);
-            let Sample { q, dq, desired, e, de } = &mut now.seen;
-            store(&seen.q, q, part);
-            store(&seen.dq, dq, part);
-            store(&seen.e, e, part);
-            store(&seen.de, de, part);
-            store(&seen.desired.q, &mut desired.q, part);
-            store(&seen.desired.dq, &mut desired.dq, part);
-            store(&seen.desired.ddq, &mut desired.ddq, part);
+            seen.store(&mut now.seen, part);
             if K::FEW {
                 plants.find((simd, part), (&seen.q, &seen.dq), &mut *frames);
             }

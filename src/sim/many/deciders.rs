@@ -5,11 +5,12 @@ use super::affected::Affected;
 use super::bodies::{Bodies, Now};
 use super::case::Case;
 use super::course::Course;
+use super::measured::Measured;
 use super::models::Models;
 use super::together::Together;
 use crate::arm::Arm;
 use crate::control::{Compensator, Law, State};
-use crate::math::{LANES, lane};
+use crate::math::{Abreast, LANES, lane};
 use crate::plant::Disturbance;
 use crate::reference::Reference;
 use crate::sim::sampled::Sampled;
@@ -17,6 +18,8 @@ use crate::sim::sampled::Sampled;
 /// The controllers of eight loops.
 pub(super) enum Deciders<'a, const N: usize, A, D, L, C, R, S> {
     Abreast(Box<Together<N>>),
+    /// With something before their laws, or with limits of rates.
+    Apart(Box<Measured<N>>),
     Each(Box<Each<'a, N, A, D, L, C, R, S>>),
     Affected(Box<Affected<'a, N, A, D, L, C, R, S>>),
 }
@@ -39,10 +42,17 @@ where
         if cases.iter().any(|case| case.effects.is_on()) {
             return Self::Affected(Box::new(Affected::new(cases, bodies, course)));
         }
-        match Together::new(cases, bodies) {
-            Some(together) => Self::Abreast(Box::new(together)),
-            None => Self::Each(Box::new(Each::new(cases, course))),
+        let each = || Self::Each(Box::new(Each::new(cases, course)));
+        let Some(together) = Together::new(cases, bodies) else { return each() };
+        if together.fronts.is_none() {
+            return Self::Abreast(Box::new(together));
         }
+        let Some(mut measured) = Measured::new(together, cases) else { return each() };
+        let mut lost = Abreast::all(0.0);
+        for (i, case) in cases.iter().enumerate() {
+            measured.begin(i, case.controller, &case.q0.into(), &mut lost);
+        }
+        if lost == Abreast::all(0.0) { Self::Apart(Box::new(measured)) } else { each() }
     }
 }
 

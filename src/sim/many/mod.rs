@@ -46,7 +46,7 @@ use super::options::{Method, Options, Record};
 use super::run::Run;
 use super::simulate::simulate;
 use crate::arm::{Arm, MAX_ABREAST};
-use crate::control::{Compensator, Controller, Front, Law};
+use crate::control::{Compensator, Law};
 use crate::error::Result;
 use crate::math::{LANES, has_lanes};
 use crate::plant::Disturbance;
@@ -164,9 +164,8 @@ where
     };
     let sampled = options.control_period.is_some();
     let plain = |case: &Case<'_, N, A, D, L, C, R, S>| {
-        let Controller { front, limits, compensator, .. } = case.controller;
-        let as_in_continuous_time =
-            *front == Front::default() && !limits.limits_rate() && !compensator.sampled_only();
+        let controller = case.controller;
+        let as_in_continuous_time = controller.is_bare() && !controller.compensator.sampled_only();
         let alone = case.plant.changes() || !goes_along(&case.effects);
         !alone && (sampled || as_in_continuous_time && !case.effects.is_on())
     };

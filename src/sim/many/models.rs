@@ -5,7 +5,7 @@ use pulp::Arch;
 
 use super::case::Case;
 use crate::arm::ModelsAbreast;
-use crate::control::{Front, Law};
+use crate::control::Law;
 use crate::math::{Abreast, LANES, Matrix, Real, TINY_SIGNAL, Vector, lane, none_missing};
 
 /// What eight laws believe of their arms, and M₀ and H₀ of the latest sample.
@@ -17,9 +17,7 @@ impl<const N: usize> Models<N> {
     pub fn of<A, D, L: Law<N>, C, R, S>(
         cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
     ) -> Option<Self> {
-        let as_measured =
-            |case: &&Case<'_, N, A, D, L, C, R, S>| case.controller.front == Front::default();
-        if !cases.iter().all(as_measured) {
+        if cases.iter().any(|case| case.controller.front.velocity_filter.is_some()) {
             return None;
         }
         let sides = none_missing(cases.map(|case| case.controller.law.model()))?;

@@ -71,6 +71,10 @@ where
         }
         match &mut self.deciders {
             Deciders::Abreast(together) => end(together, &mut self.bodies, hold as f64 * h),
+            Deciders::Apart(measured) => {
+                let Bodies { arch, lost, .. } = &mut *self.bodies;
+                measured.end(*arch, hold as f64 * h, lost);
+            }
             Deciders::Each(each) => each.end(&mut self.bodies),
             Deciders::Affected(affected) => affected.end(&mut self.bodies, hold as f64 * h),
         }
@@ -88,9 +92,14 @@ where
                     end(together, bodies, period);
                 }
                 let Bodies { arch, now, lost, .. } = &mut **bodies;
+                Together::feel(*arch, &now.seen, lost);
                 let rho_hat = *together.estimate(*arch, &now.seen, lost);
                 let push = Push { i: 0, h, tau_d: &around.tau_d, held: true };
                 bodies.act(&together.drivers, &rho_hat, push);
+            }
+            Deciders::Apart(measured) => {
+                measured.drive(bodies, begun, period);
+                self.hold(h, t);
             }
             Deciders::Each(each) => {
                 each.decide(bodies, begun, period);

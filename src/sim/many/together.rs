@@ -6,7 +6,7 @@ use super::bodies::{Bodies, Drivers};
 use super::case::Case;
 use crate::arm::Arm;
 use crate::control::{
-    Compensator, Controller, EstimatorsAbreast, FARTHEST, Front, Law, Sample, Stage,
+    Compensator, Controller, EstimatorsAbreast, FARTHEST, FrontsAbreast, Law, Sample, Stage,
 };
 use crate::math::{
     Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, in_lanes, none_missing,
@@ -16,6 +16,8 @@ use crate::plant::Disturbance;
 /// Controllers side by side: laws with constant gains, and compensators that can be.
 pub(super) struct Together<const N: usize> {
     pub drivers: Drivers<N>,
+    /// What stands before laws, and limits of rates, if there are any.
+    pub fronts: Option<FrontsAbreast<N>>,
     compensators: EstimatorsAbreast<N>,
 }
 
@@ -24,12 +26,6 @@ impl<const N: usize> Together<N> {
         cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
         bodies: &Bodies<N>,
     ) -> Option<Self> {
-        let plain = |Controller { front, limits, .. }: &Controller<N, L, C>| {
-            *front == Front::default() && !limits.limits_rate()
-        };
-        if !cases.iter().all(|case| plain(case.controller)) {
-            return None;
-        }
         let mut states = cases.map(|case| case.state.clone());
         let mut learns = [None; LANES];
         for ((to, case), state) in learns.iter_mut().zip(cases).zip(&mut states) {
@@ -37,18 +33,27 @@ impl<const N: usize> Together<N> {
             *to = compensator.learns(case.controller.settle(state));
         }
         let compensators = EstimatorsAbreast::of(none_missing(learns)?)?;
-        Some(Self { drivers: Drivers::new(cases, bodies)?, compensators })
+        let fronts = if cases.iter().all(|case| case.controller.is_bare()) {
+            None
+        } else {
+            Some(FrontsAbreast::of(core::array::from_fn(|i| (cases[i].controller, &states[i])))?)
+        };
+        Some(Self { drivers: Drivers::new(cases, bodies)?, fronts, compensators })
     }
 
-    /// The estimates of the compensators for what the controllers see. Where a signal is so small
-    /// that a controller does not feel it, or so large that it may refuse it, the run is `lost`.
+    /// Where what is measured is so small that a controller does not feel it, or so large that it
+    /// may refuse it, the run is `lost`.
+    pub fn feel(arch: Arch, seen: &Sample<N, Abreast>, lost: &mut Abreast) {
+        in_lanes(arch, Feel { seen, lost });
+    }
+
+    /// The estimates of the compensators for what the laws see; one that cannot tell is `lost`.
     pub fn estimate(
         &mut self,
         arch: Arch,
         seen: &Sample<N, Abreast>,
         lost: &mut Abreast,
     ) -> &Vector<N, Abreast> {
-        in_lanes(arch, Feel { seen, lost: &mut *lost });
         self.compensators.estimate(arch, &Stage::NOW, seen, lost)
     }
 

@@ -13,28 +13,39 @@
 
 use core::f64::consts::TAU;
 
+#[cfg(feature = "std")]
+mod abreast;
+
+#[cfg(feature = "std")]
+pub(crate) use self::abreast::FrontsAbreast;
 use super::bytes::{Numbers, put_all};
 use super::{Applied, Sample};
 use crate::error::{Error, Result, within};
-use crate::math::{Vector, around, exp, fnv_of};
+use crate::math::{Real, Vector, fnv_of};
 use crate::reference::Setpoint;
 
 /// Most samples between a torque and the period in which it acts.
 pub const MAX_DELAY: usize = 4;
 
 /// What stands before the law. All of it is off by default.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Front {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Front<T = f64> {
     /// Rate a of the hand-over [1/s]; `None`: the error starts as it is.
-    pub hand_over: Option<f64>,
+    pub hand_over: Option<T>,
     /// Cut-off f of the velocity filter \[Hz\]: the measured q̇ is not used. `None`: it is.
-    pub velocity_filter: Option<f64>,
+    pub velocity_filter: Option<T>,
     /// Rate a at which the torque goes from the one at take-over, or else the law's resting torque,
     /// to the law's [1/s]; `None`: at once.
-    pub bumpless: Option<f64>,
+    pub bumpless: Option<T>,
     /// Samples d between a torque and its period, at most [`MAX_DELAY`]: what acted
     /// in a period is then compared with what was asked for it.
     pub delay: usize,
+}
+
+impl Default for Front {
+    fn default() -> Self {
+        Self { hand_over: None, velocity_filter: None, bumpless: None, delay: 0 }
+    }
 }
 
 /// What the front remembers.
@@ -51,15 +62,15 @@ pub(crate) struct FrontMemory<const N: usize> {
 
 /// What it remembers of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct View<const N: usize> {
+pub(crate) struct View<const N: usize, T = f64> {
     /// Time since its first sample \[s\]; negative before that.
-    age: f64,
+    age: T,
     /// δ₀ and δ̇₀ + aδ₀.
-    offset: [Vector<N>; 2],
+    offset: [Vector<N, T>; 2],
     /// e' and ė' of the last sample.
-    error: [Vector<N>; 2],
+    error: [Vector<N, T>; 2],
     /// τ(0₋) − τ(0) [N·m].
-    bump: Vector<N>,
+    bump: Vector<N, T>,
 }
 
 impl<const N: usize> FrontMemory<N> {
@@ -125,18 +136,19 @@ impl<const N: usize> FrontMemory<N> {
     }
 }
 
-impl<const N: usize> View<N> {
+impl<const N: usize, T: Real> View<N, T> {
     /// q_d' with its derivatives at a sample.
-    fn handed(&self, rate: f64, seen: &Sample<N>) -> Setpoint<N> {
-        let fading = exp(-rate * self.age);
-        let [start, slope] = self.offset;
-        let along = start + slope * self.age;
-        let Setpoint { q, dq, ddq } = seen.desired;
-        Setpoint {
-            q: q + along * fading,
-            dq: dq + (slope - along * rate) * fading,
-            ddq: ddq + (along * rate - slope * 2.0) * (rate * fading),
+    #[inline(always)]
+    fn handed(&self, rate: T, seen: &Sample<N, T>) -> Setpoint<N, T> {
+        let fading = (-rate * self.age).exp();
+        let ([start, slope], mut handed) = (&self.offset, seen.desired);
+        for n in 0..N {
+            let along = start[n] + slope[n] * self.age;
+            handed.q[n] += along * fading;
+            handed.dq[n] += (slope[n] - along * rate) * fading;
+            handed.ddq[n] += (along * rate - slope[n] * rate.like(2.0)) * (rate * fading);
         }
+        handed
     }
 }
 
@@ -179,49 +191,6 @@ impl Front {
         fnv_of(fnv_of(tuning, numbers), [self.delay as f64])
     }
 
-    /// What the law is to see of a sample that comes `elapsed` \[s\] after the last one.
-    pub(super) fn look<const N: usize>(
-        &self,
-        view: &mut View<N>,
-        seen: &Sample<N>,
-        elapsed: f64,
-        wraps: &[bool; N],
-    ) -> Sample<N> {
-        let first = view.age < 0.0;
-        view.age = if first { 0.0 } else { view.age + elapsed };
-        if first {
-            let rate = self.hand_over.unwrap_or(0.0);
-            view.offset = [seen.e, seen.de + seen.e * rate];
-        }
-        let desired = self.hand_over.map_or(seen.desired, |rate| view.handed(rate, seen));
-        let seen = Sample::wrapped(seen.q, seen.dq, desired, wraps);
-        let Some(cut_off) = self.velocity_filter else { return seen };
-        let [last, rate] = view.error;
-        let share = 1.0 - exp(-TAU * cut_off * elapsed);
-        let rate = Vector::from_fn(|n, _| {
-            let moved = seen.e[n] - last[n];
-            let moved = if wraps[n] { around(moved) } else { moved };
-            if first { seen.de[n] } else { rate[n] + share * (moved / elapsed - rate[n]) }
-        });
-        view.error = [seen.e, rate];
-        Sample::wrapped(seen.q, desired.dq + rate, desired, wraps)
-    }
-
-    /// What is to be added to the law's torque `tau`, where the one before the first sample was
-    /// `before` [N·m].
-    pub(super) fn cushion<const N: usize>(
-        &self,
-        view: &mut View<N>,
-        before: impl FnOnce() -> Vector<N>,
-        tau: &Vector<N>,
-    ) -> Vector<N> {
-        let Some(rate) = self.bumpless else { return Vector::zeros() };
-        if view.age == 0.0 {
-            view.bump = before() - tau;
-        }
-        view.bump * exp(-rate * view.age)
-    }
-
     /// What acts in the period for which the torque `commanded` was decided.
     pub(super) fn acting<const N: usize>(
         &self,
@@ -236,6 +205,64 @@ impl Front {
             mean_acting(self.delay, *lost, &of(commanded), &sent.map(|it| of(&it)))
         };
         Applied { asked: mean(|it| it.asked), tau: mean(|it| it.tau), ..*commanded }
+    }
+}
+
+impl<T: Real> Front<T> {
+    /// What the law is to see of a sample that comes `elapsed` \[s\] after the last one.
+    #[inline(always)]
+    pub(super) fn look<const N: usize>(
+        &self,
+        view: &mut View<N, T>,
+        seen: &Sample<N, T>,
+        elapsed: T,
+        wraps: &[bool; N],
+    ) -> Sample<N, T> {
+        // At the first sample this is negative.
+        let (before, zero) = (view.age, elapsed.like(0.0));
+        view.age = before.if_less(zero, zero, before + elapsed);
+        let rate = if let Some(rate) = self.hand_over { rate } else { zero };
+        for n in 0..N {
+            let [start, slope] = &mut view.offset;
+            start[n] = before.if_less(zero, seen.e[n], start[n]);
+            slope[n] = before.if_less(zero, seen.de[n] + seen.e[n] * rate, slope[n]);
+        }
+        let desired = match self.hand_over {
+            Some(rate) => view.handed(rate, seen),
+            None => seen.desired,
+        };
+        let seen = Sample::wrapped(seen.q, seen.dq, desired, wraps);
+        let Some(cut_off) = self.velocity_filter else { return seen };
+        let share = elapsed.like(1.0) - (elapsed.like(-TAU) * cut_off * elapsed).exp();
+        let mut dq = desired.dq;
+        for n in 0..N {
+            let [last, rate] = &mut view.error;
+            let moved = seen.e[n] - last[n];
+            let moved = if wraps[n] { moved.around() } else { moved };
+            let filtered = rate[n] + share * (moved / elapsed - rate[n]);
+            (last[n], rate[n]) = (seen.e[n], before.if_less(zero, seen.de[n], filtered));
+            dq[n] += rate[n];
+        }
+        Sample::wrapped(seen.q, dq, desired, wraps)
+    }
+
+    /// Adds to the model's torque of a law, which asks for `tau`, what takes the jump out of its
+    /// first ones; before them it was `before` [N·m].
+    #[inline(always)]
+    pub(super) fn cushion<const N: usize>(
+        &self,
+        view: &mut View<N, T>,
+        before: &Vector<N, T>,
+        tau: &Vector<N, T>,
+        model: &mut Vector<N, T>,
+    ) {
+        let (age, zero) = (view.age, view.age.like(0.0));
+        let Some(rate) = self.bumpless else { return };
+        let fading = (-rate * age).exp();
+        for n in 0..N {
+            view.bump[n] = zero.if_less(age, view.bump[n], before[n] - tau[n]);
+            model[n] += view.bump[n] * fading;
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! Which runs really go side by side, on every instruction set: all would have the right bits alone
 //! too.
 
+mod fronts;
+
 use core::sync::atomic::AtomicBool;
 
 use nalgebra::Vector3;
@@ -12,8 +14,8 @@ use crate::arm::{
     TwoLinkParameters,
 };
 use crate::control::{
-    Adaptation, ComputedTorque, Controller, DynamicState, EstimatorsAbreast, FuzzyCompensator,
-    FuzzyParameters, Gains, Limits, NoCompensation, State,
+    Adaptation, ComputedTorque, Controller, DynamicState, EstimatorsAbreast, Front,
+    FuzzyCompensator, FuzzyParameters, Gains, Limits, NoCompensation, State,
 };
 use crate::effects::{Actuators, Effects, Sensors, Timing, Velocity};
 use crate::fuzzy::{Axis, Form, FuzzyBasis};
