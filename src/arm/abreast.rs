@@ -198,6 +198,15 @@ pub(crate) trait Alike<const N: usize> {
         dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>>;
 
+    /// Writes the entries of Y(q, q̇, q̈) that are not zero for every motion, row by row.
+    fn write_regressor<S: Simd>(
+        &self,
+        at: (S, usize),
+        frames: &Frames<N, Abreast>,
+        motion: [&Vector<N, Register<S>>; 3],
+        rows: &mut [Abreast],
+    );
+
     /// M⁻¹ `net`.
     fn solve<S: Simd>(
         &self,
@@ -263,6 +272,21 @@ impl<const N: usize> Alike<N> for Planar<Abreast> {
     }
 
     #[inline(always)]
+    fn write_regressor<S: Simd>(
+        &self,
+        at: (S, usize),
+        _: &Frames<N, Abreast>,
+        [q, dq, ddq]: [&Vector<N, Register<S>>; 3],
+        rows: &mut [Abreast],
+    ) {
+        let (q, dq, ddq) = (two(q), two(dq), two(ddq));
+        let entries = self.load(at.0, at.1).regressor(&q, &dq, &dq, &ddq);
+        for (to, entry) in rows.iter_mut().zip(entries.as_flattened()) {
+            entry.store(to, at.1);
+        }
+    }
+
+    #[inline(always)]
     fn solve<S: Simd>(
         &self,
         at: (S, usize),
@@ -316,6 +340,17 @@ impl<const N: usize> Alike<N> for Chain<N, Abreast> {
         dq: &Vector<N, Register<S>>,
     ) -> Vector<N, Register<S>> {
         Part { chains: self, at }.carried(dq, frames)
+    }
+
+    #[inline(always)]
+    fn write_regressor<S: Simd>(
+        &self,
+        at: (S, usize),
+        frames: &Frames<N, Abreast>,
+        [_, dq, ddq]: [&Vector<N, Register<S>>; 3],
+        rows: &mut [Abreast],
+    ) {
+        Part { chains: self, at }.write_regressor(frames, (dq, ddq), rows);
     }
 
     #[inline(always)]

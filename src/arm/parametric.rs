@@ -4,7 +4,7 @@
 
 use super::{Arm, Inertia, Serial, TwoLink};
 use crate::error::{Result, non_negative, positive, within};
-use crate::math::{Matrix, Vector, sin_cos};
+use crate::math::{Matrix, Vector};
 
 /// Y, `N` × `K`.
 pub type Regressor<const N: usize, const K: usize> = nalgebra::SMatrix<f64, N, K>;
@@ -59,16 +59,8 @@ impl Parametric<2, 5> for TwoLink {
         dq_r: &Vector<2>,
         ddq_r: &Vector<2>,
     ) -> Regressor<2, 5> {
-        let ((sin_2, cos_2), [a1, a2]) = (sin_cos(q[1]), [ddq_r[0], ddq_r[1]]);
-        // C q̇_r = θ₂ sin q₂ [−(q̇₁ q̇_r2 + q̇₂ q̇_r1 + q̇₂ q̇_r2), q̇₁ q̇_r1]
-        let across = dq[0] * dq_r[1] + dq[1] * dq_r[0] + dq[1] * dq_r[1];
-        let coupling =
-            [(2.0 * a1 + a2) * cos_2 - across * sin_2, a1 * cos_2 + dq[0] * dq_r[0] * sin_2];
-        let level = if self.parameters().gravity == 0.0 { 0.0 } else { 1.0 };
-        let [shoulder, outer] = [q[0], q[0] + q[1]].map(|angle| level * sin_cos(angle).1);
-        let [first, second] =
-            [[a1, coupling[0], a1 + a2, shoulder, outer], [0.0, coupling[1], a1 + a2, 0.0, outer]];
-        Regressor::<2, 5>::from_fn(|n, k| if n == 0 { first[k] } else { second[k] })
+        let rows = self.planar.regressor(q, dq, dq_r, ddq_r);
+        Regressor::<2, 5>::from_fn(|n, k| rows[n][k])
     }
 
     fn inertial_parameters(&self) -> Vector<5> {

@@ -3,6 +3,9 @@
 
 use crate::math::{Matrix, Real, Vector, column, columns};
 
+/// Parameters in which the dynamics are linear.
+const PARAMETERS: usize = 5;
+
 /// The numbers of the closed form, of one arm or of several side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Planar<T = f64> {
@@ -78,6 +81,28 @@ impl<T: Real> Planar<T> {
             (mass[(1, 1)] * x[0] - mass[(0, 1)] * x[1]) * inverse_det,
             (mass[(0, 0)] * x[1] - mass[(0, 1)] * x[0]) * inverse_det,
         ])
+    }
+
+    /// Y(q, q̇, q̇_r, q̈_r) of θ₁, θ₂, θ₃ and the gravity torques of the two links, row by row.
+    #[inline(always)]
+    pub fn regressor(
+        &self,
+        q: &Vector<2, T>,
+        dq: &Vector<2, T>,
+        dq_r: &Vector<2, T>,
+        ddq_r: &Vector<2, T>,
+    ) -> [[T; PARAMETERS]; 2] {
+        let ((sin_2, cos_2), [a1, a2]) = (q[1].sin_cos(), [ddq_r[0], ddq_r[1]]);
+        // C q̇_r = θ₂ sin q₂ [−(q̇₁ q̇_r2 + q̇₂ q̇_r1 + q̇₂ q̇_r2), q̇₁ q̇_r1]
+        let across = dq[0] * dq_r[1] + dq[1] * dq_r[0] + dq[1] * dq_r[1];
+        let coupling = [
+            (a1.like(2.0) * a1 + a2) * cos_2 - across * sin_2,
+            a1 * cos_2 + dq[0] * dq_r[0] * sin_2,
+        ];
+        let (zero, one) = (a1.like(0.0), a1.like(1.0));
+        let level = if self.has_gravity { one } else { zero };
+        let (shoulder, outer) = (level * q[0].sin_cos().1, level * (q[0] + q[1]).sin_cos().1);
+        [[a1, coupling[0], a1 + a2, shoulder, outer], [zero, coupling[1], a1 + a2, zero, outer]]
     }
 
     /// M of as many joints as there are: two.

@@ -6,14 +6,14 @@ use super::serial::Chain;
 
 /// What of an arm without stops, and with no friction that is dry, is put beside others, for many
 /// runs at a time.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Side<'a, const N: usize> {
     pub(super) form: Form<'a, N>,
     /// `None` if no joint has any.
     pub(super) friction: Option<[JointFriction; N]>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form<'a, const N: usize> {
     /// Only where `N` is 2.
     TwoLink(&'a Planar),
@@ -27,6 +27,17 @@ impl<'a, const N: usize> Side<'a, N> {
 
     pub(super) fn chain(chain: &'a Chain<N>, friction: Option<[JointFriction; N]>) -> Self {
         Self { form: Form::Chain(chain), friction }
+    }
+
+    /// Whether its links' axes, as their users gave them, are those of the other.
+    #[cfg(feature = "std")]
+    pub(crate) fn is_named_as(&self, other: &Self) -> bool {
+        match (self.form, other.form) {
+            (Form::Chain(one), Form::Chain(other)) => {
+                one.joints.iter().zip(&other.joints).all(|(one, other)| one.user == other.user)
+            }
+            _ => true,
+        }
     }
 
     /// The same of an arm of two joints, where `N` is 2.

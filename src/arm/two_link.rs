@@ -49,7 +49,7 @@ impl Default for TwoLinkParameters {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TwoLink {
     parameters: TwoLinkParameters,
-    planar: Planar,
+    pub(super) planar: Planar,
     has_friction: bool,
     /// Whether the friction of a joint is dry.
     sticks: bool,

@@ -79,6 +79,8 @@ impl<const N: usize> EstimatorsAbreast<N> {
                     each.map(|it| if let Side::Memory(it) = it.0 { Some(it) } else { None });
                 Memories::of(none_missing(sides)?).map(Box::new).map(Kind::Memories)
             }
+            // It does not go with computed torque.
+            Side::Own(_) => None,
         };
         kind.map(Self)
     }

@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 use std::boxed::Box;
 
 use super::saved::Saves;
-use super::{Applied, Audit, Channel, Compensator, Gains, Law, Learns, Sample, Stage};
+use super::{Applied, Audit, Beliefs, Channel, Compensator, Gains, Law, Learns, Sample, Stage};
 use crate::arm::Side;
 use crate::error::Result;
 use crate::math::{Matrix, Vector};
@@ -330,6 +330,10 @@ impl<const N: usize> Law<N> for BoxedLaw<N> {
 
     fn constant_gains(&self) -> Option<&Gains<N>> {
         (**self).constant_gains()
+    }
+
+    fn beliefs(&self) -> Option<Beliefs<'_, N>> {
+        (**self).beliefs()
     }
 
     fn resting_torque(&self, q: &Vector<N>) -> Vector<N> {

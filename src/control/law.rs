@@ -1,6 +1,8 @@
 //! What a control law is: the torque for a sample and an estimate, in its parts,
 //! `τ = τ_model + τ_compensation`.
 
+#[cfg(feature = "std")]
+use super::Beliefs;
 use super::{Gains, Sample};
 use crate::arm::{JointFriction, Side};
 use crate::math::{Matrix, Vector};
@@ -58,6 +60,13 @@ pub trait Law<const N: usize> {
 
     /// Its gains, where it is computed torque with constant ones.
     fn constant_gains(&self) -> Option<&Gains<N>> {
+        None
+    }
+
+    /// What it believes, where it is the law of the recommended controller: with this, many runs go
+    /// side by side. `None` by default, and for laws of your own.
+    #[cfg(feature = "std")]
+    fn beliefs(&self) -> Option<Beliefs<'_, N>> {
         None
     }
 

@@ -1,6 +1,8 @@
 //! What compensates, as one of several that stand side by side.
 
 use super::Inputs;
+#[cfg(feature = "std")]
+use super::OwnSide;
 use crate::arm::Side;
 use crate::fuzzy::Spaced;
 use crate::math::{Real, Vector};
@@ -14,6 +16,19 @@ impl<const N: usize> Learns<'_, N> {
     pub const NOTHING: Self = Self(Kind::Nothing);
 }
 
+#[cfg(feature = "std")]
+impl<'a, const N: usize> Learns<'a, N> {
+    /// What goes with a law that is not computed torque.
+    pub(crate) fn own(side: OwnSide<'a, N>) -> Self {
+        Self(Kind::Own(side))
+    }
+
+    /// That, if it is such.
+    pub(crate) fn as_own(&self) -> Option<OwnSide<'a, N>> {
+        if let Kind::Own(side) = self.0 { Some(side) } else { None }
+    }
+}
+
 /// What it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kind<'a, const N: usize> {
@@ -23,6 +38,9 @@ pub(super) enum Kind<'a, const N: usize> {
     PerJoint(PerJointSide<'a, N>),
     /// A memory of a number a joint.
     Memory(MemorySide<'a, N>),
+    /// What goes with a law that is not computed torque.
+    #[cfg(feature = "std")]
+    Own(OwnSide<'a, N>),
 }
 
 /// What moves a memory of a number a joint, and makes ρ̂ of it; see [`Dynamic`](super::Dynamic).

@@ -13,6 +13,10 @@
 mod abreast;
 mod adaptation;
 #[cfg(feature = "std")]
+mod beliefs;
+#[cfg(feature = "std")]
+mod beside;
+#[cfg(feature = "std")]
 mod boxed;
 mod bytes;
 mod channel;
@@ -43,6 +47,10 @@ pub use crate::fuzzy::Buffer;
 #[cfg(feature = "std")]
 pub(crate) use abreast::{EstimatorsAbreast, LawsAbreast};
 pub use adaptation::Adaptation;
+#[cfg(feature = "std")]
+pub use beliefs::Beliefs;
+#[cfg(feature = "std")]
+pub(crate) use beside::{Asks, OwnSide};
 #[cfg(feature = "std")]
 pub use boxed::{BoxedCompensator, BoxedLaw, BoxedState};
 pub(crate) use bytes::{Numbers, put_all};

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use super::any_arm::AnyArm;
 use super::convert::{array1, type_name, vector};
 use crate::arm::{Arm, JointFriction, Side};
-use crate::control::{BoxedLaw, ComputedTorque, Demand, Gains, Law, Sample};
+use crate::control::{Beliefs, BoxedLaw, ComputedTorque, Demand, Gains, Law, Sample};
 use crate::math::{Matrix, Vector};
 
 /// Any law of an arm of `N` joints.
@@ -120,6 +120,10 @@ impl<const N: usize> Law<N> for AnyLaw<N> {
             Self::Other(_, law) => law.constant_gains(),
             Self::Own(..) => None,
         }
+    }
+
+    fn beliefs(&self) -> Option<Beliefs<'_, N>> {
+        if let Self::Other(_, law) = self { law.beliefs() } else { None }
     }
 
     #[inline(always)]

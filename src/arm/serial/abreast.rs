@@ -1,8 +1,10 @@
 //! Chains side by side, a chain a lane.
 
+use super::inertia::PER_LINK;
 use super::inverse::{PolarMoving, Spread, Wrench};
 use super::joint::{Chain, Joint, Mass};
 use super::links::{Frame, Frames, Links};
+use super::regressor::Entries;
 use super::space::{Sym3, Turn, V3};
 use crate::math::{Abreast, LANES, Load, Real, Register, Vector, dot};
 use pulp::Simd;
@@ -115,6 +117,41 @@ impl<const N: usize, S: Simd> Part<'_, N, S> {
             carried[j] = dot(&column, dq);
         }
         carried
+    }
+}
+
+impl<const N: usize, S: Simd> Part<'_, N, S> {
+    /// Writes the entries of Y(q, q̇, q̈), row by row, from the turns that were found.
+    #[inline(always)]
+    pub fn write_regressor(
+        &self,
+        frames: &Frames<N, Abreast>,
+        motion: (&Vector<N, Register<S>>, &Vector<N, Register<S>>),
+        rows: &mut [Abreast],
+    ) {
+        let (gravity, part) = (self.gravity(), self.at.1);
+        let mut turns = [self.kept(&frames[0]).turn; N];
+        for i in 1..N {
+            turns[i] = self.kept(&frames[i]).turn;
+        }
+        let upward = V3::zero_like(gravity.x) - gravity;
+        self.chains.write_regressor(&turns, motion, upward, &mut Rows::<N> { rows, part });
+    }
+}
+
+/// Rows of a regressor of chains side by side.
+struct Rows<'a, const N: usize> {
+    rows: &'a mut [Abreast],
+    part: usize,
+}
+
+impl<const N: usize, S: Simd> Entries<Register<S>> for Rows<'_, N> {
+    #[inline(always)]
+    fn put(&mut self, i: usize, j: usize, torques: &[Register<S>; PER_LINK]) {
+        let cells = self.rows[(i * N + j) * PER_LINK..].iter_mut();
+        for (to, torque) in cells.zip(torques) {
+            torque.store(to, self.part);
+        }
     }
 }
 

@@ -76,6 +76,7 @@ impl<T: Real> Spread<T> {
     }
 
     /// Sᵀ r.
+    #[inline(always)]
     pub fn transposed_at(&self, r: V3<T>) -> V3<T> {
         V3::new(
             self.xx * r.x + self.yx * r.y + self.zx * r.z,

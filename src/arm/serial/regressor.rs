@@ -10,38 +10,104 @@
 use super::Serial;
 use super::inertia::PER_LINK;
 use super::inverse::Spread;
-use super::space::V3;
+use super::joint::Chain;
+use super::space::{Turn, V3};
 use crate::error::{Result, length};
-use crate::math::Vector;
+use crate::math::{Real, Vector};
 
 /// Motion of a link in the axes that its user gave it.
 #[derive(Clone, Copy)]
-struct LinkMotion {
-    w: V3,
-    dw: V3,
-    a: V3,
+struct LinkMotion<T> {
+    w: V3<T>,
+    dw: V3<T>,
+    a: V3<T>,
 }
 
-impl LinkMotion {
+impl<T: Real> LinkMotion<T> {
     /// The ten torques that unit parameters ask of a joint whose axis moves the link with (w, v).
-    fn torques(&self, w: V3, v: V3) -> [f64; PER_LINK] {
+    #[inline(always)]
+    fn torques(&self, w: V3<T>, v: V3<T>) -> [T; PER_LINK] {
         let Self { w: spin, dw, a } = *self;
         let first = Spread::new(spin, dw).transposed_at(v) + a.cross(w);
         // w·(ω × I ω) = (w × ω)·I ω
         let u = w.cross(spin);
-        let across = |p: f64, dq: f64, q: f64, dp: f64| p * dq + q * dp;
         [
             v.dot(a),
             first.x,
             first.y,
             first.z,
             w.x * dw.x + u.x * spin.x,
-            across(w.x, dw.y, w.y, dw.x) + across(u.x, spin.y, u.y, spin.x),
+            across([w.x, dw.y, w.y, dw.x]) + across([u.x, spin.y, u.y, spin.x]),
             w.y * dw.y + u.y * spin.y,
-            across(w.x, dw.z, w.z, dw.x) + across(u.x, spin.z, u.z, spin.x),
-            across(w.y, dw.z, w.z, dw.y) + across(u.y, spin.z, u.z, spin.y),
+            across([w.x, dw.z, w.z, dw.x]) + across([u.x, spin.z, u.z, spin.x]),
+            across([w.y, dw.z, w.z, dw.y]) + across([u.y, spin.z, u.z, spin.y]),
             w.z * dw.z + u.z * spin.z,
         ]
+    }
+}
+
+#[inline(always)]
+fn across<T: Real>([p, dq, q, dp]: [T; 4]) -> T {
+    p * dq + q * dp
+}
+
+/// Where entries of Y go: those of joint i and of the parameters of link j ≥ i.
+pub(super) trait Entries<T> {
+    fn put(&mut self, i: usize, j: usize, torques: &[T; PER_LINK]);
+}
+
+impl<F: FnMut(usize, usize, f64)> Entries<f64> for F {
+    fn put(&mut self, i: usize, j: usize, torques: &[f64; PER_LINK]) {
+        torques.iter().enumerate().for_each(|(k, y)| self(i, PER_LINK * j + k, *y));
+    }
+}
+
+impl<const N: usize, K> Chain<N, K> {
+    /// The entries of Y(q, q̇, q̈) that are not zero for every motion, from the turns at q, for a
+    /// base that accelerates by `upward`.
+    #[inline(always)]
+    pub(super) fn write_regressor<T: Real>(
+        &self,
+        turns: &[Turn<T>; N],
+        (dq, ddq): (&Vector<N, T>, &Vector<N, T>),
+        upward: V3<T>,
+        entries: &mut impl Entries<T>,
+    ) {
+        let still = V3::zero_like(upward.x);
+        let mut motions = [LinkMotion { w: still, dw: still, a: upward }; N];
+        let LinkMotion { mut w, mut dw, mut a } = motions[0];
+        for i in 0..N {
+            let (joint, turn) = (&self.joints[i], &turns[i]);
+            a = turn.outward(a + Spread::new(w, dw).at(turn.p));
+            w = turn.outward(w);
+            dw = turn.outward(dw);
+            let faster = V3 { z: ddq[i], ..still };
+            if joint.revolute {
+                dw += w.cross_z() * dq[i] + faster;
+                w.z += dq[i];
+            } else {
+                a += w.cross_z() * (dq[i] + dq[i]) + faster;
+            }
+            let user = &joint.user;
+            motions[i] =
+                LinkMotion { w: w.rotated(user), dw: dw.rotated(user), a: a.rotated(user) };
+        }
+        let one = still.x.like(1.0);
+        for i in 0..N {
+            let (mut w, mut v) = (still, still);
+            for j in i..N {
+                if j > i {
+                    v = turns[j].outward(v + w.cross(turns[j].p));
+                    w = turns[j].outward(w);
+                } else if self.joints[i].revolute {
+                    w.z = one;
+                } else {
+                    v.z = one;
+                }
+                let user = &self.joints[j].user;
+                entries.put(i, j, &motions[j].torques(w.rotated(user), v.rotated(user)));
+            }
+        }
     }
 }
 
@@ -80,8 +146,7 @@ impl<const N: usize> Serial<N> {
         self.each_entry(q, &(dq - dq_r), &still, flat, |n, k, y| add(n, k, -0.25 * y));
     }
 
-    /// The entries of Y(q, q̇, q̈) that are not zero for every motion, for a base that accelerates
-    /// by `upward`.
+    /// The entries of Y(q, q̇, q̈), for a base that accelerates by `upward`.
     fn each_entry(
         &self,
         q: &Vector<N>,
@@ -90,25 +155,8 @@ impl<const N: usize> Serial<N> {
         upward: V3,
         mut entry: impl FnMut(usize, usize, f64),
     ) {
-        let chain = &self.chain;
-        let turns = chain.turns(q);
-        let motions = self.motions(&turns, dq, ddq, upward);
-        for i in 0..N {
-            let (mut w, mut v) = (V3::ZERO, V3::ZERO);
-            for j in i..N {
-                if j > i {
-                    v = turns[j].outward(v + w.cross(turns[j].p));
-                    w = turns[j].outward(w);
-                } else if chain.joints[i].revolute {
-                    w.z = 1.0;
-                } else {
-                    v.z = 1.0;
-                }
-                let user = &chain.joints[j].user;
-                let torques = motions[j].torques(w.rotated(user), v.rotated(user));
-                torques.iter().enumerate().for_each(|(k, y)| entry(i, PER_LINK * j + k, *y));
-            }
-        }
+        let Self { chain, .. } = self;
+        chain.write_regressor(&chain.turns(q), (dq, ddq), upward, &mut entry);
     }
 
     /// π, 10 a link, into `out`.
@@ -121,33 +169,5 @@ impl<const N: usize> Serial<N> {
             cell.copy_from_slice(&link.inertia.parameters());
         }
         Ok(())
-    }
-
-    fn motions(
-        &self,
-        turns: &[super::space::Turn; N],
-        dq: &Vector<N>,
-        ddq: &Vector<N>,
-        upward: V3,
-    ) -> [LinkMotion; N] {
-        let mut motions = [LinkMotion { w: V3::ZERO, dw: V3::ZERO, a: V3::ZERO }; N];
-        let (mut w, mut dw, mut a) = (V3::ZERO, V3::ZERO, upward);
-        for i in 0..N {
-            let (joint, turn) = (&self.chain.joints[i], &turns[i]);
-            a = turn.outward(a + Spread::new(w, dw).at(turn.p));
-            w = turn.outward(w);
-            dw = turn.outward(dw);
-            let faster = V3::new(0.0, 0.0, ddq[i]);
-            if joint.revolute {
-                dw += w.cross_z() * dq[i] + faster;
-                w.z += dq[i];
-            } else {
-                a += w.cross_z() * (dq[i] + dq[i]) + faster;
-            }
-            let user = &joint.user;
-            motions[i] =
-                LinkMotion { w: w.rotated(user), dw: dw.rotated(user), a: a.rotated(user) };
-        }
-        motions
     }
 }

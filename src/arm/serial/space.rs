@@ -38,6 +38,18 @@ impl<T: Real> V3<T> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// A v.
+    #[inline(always)]
+    pub fn rotated(self, a: &Matrix<3>) -> Self {
+        let row = |i: usize| [a[(i, 0)], a[(i, 1)], a[(i, 2)]];
+        Self::new(self.along(row(0)), self.along(row(1)), self.along(row(2)))
+    }
+
+    #[inline(always)]
+    fn along(self, [x, y, z]: [f64; 3]) -> T {
+        self.x.like(x) * self.x + self.x.like(y) * self.y + self.x.like(z) * self.z
+    }
+
     #[inline(always)]
     pub fn cross(self, other: Self) -> Self {
         Self::new(
@@ -50,12 +62,6 @@ impl<T: Real> V3<T> {
 
 impl V3 {
     pub const ZERO: Self = Self::new(0.0, 0.0, 0.0);
-
-    /// A v.
-    #[inline]
-    pub fn rotated(self, a: &Matrix<3>) -> Self {
-        (a * self.to_na()).into()
-    }
 
     pub fn to_na(self) -> nalgebra::Vector3<f64> {
         nalgebra::Vector3::new(self.x, self.y, self.z)

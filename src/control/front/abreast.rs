@@ -9,7 +9,7 @@ use pulp::{Arch, Simd, WithSimd};
 use super::{Front, FrontMemory, MAX_DELAY, View, held_on};
 use crate::control::checks::FARTHEST;
 use crate::control::limits::possible;
-use crate::control::{Controller, Demand, Law, Limits, Sample, State};
+use crate::control::{Controller, Law, Limits, Sample, State};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, in_lanes, lane, put, side_by_side, store,
 };
@@ -109,12 +109,13 @@ impl<const N: usize> FrontsAbreast<N> {
         in_lanes(arch, Look { fronts: self, seen, lost });
     }
 
-    /// Takes the jump out of the first torques.
+    /// Adds to the model's torques what takes the jump out of the first ones.
     #[inline(always)]
     pub fn cushion<S: Simd>(
         &mut self,
         (simd, part): (S, usize),
-        Demand { model, compensation, .. }: &mut Demand<N, Register<S>>,
+        model: &mut Vector<N, Register<S>>,
+        compensation: &Vector<N, Register<S>>,
     ) {
         let Self { front, view, last, .. } = self;
         if front.bumpless.is_none() {

@@ -12,7 +12,7 @@ use super::regression::{Row, stride};
 use crate::arm::Parametric;
 use crate::control::{Inputs, Sample};
 use crate::fuzzy::FuzzyBasis;
-use crate::math::{FNV_START, Vector, fnv_of, tanh};
+use crate::math::{FNV_START, Real, Vector, fnv_of};
 
 /// Widths of the steps of friction [rad/s].
 pub(super) const WIDTHS: [f64; 3] = [0.005, 0.05, 0.5];
@@ -35,14 +35,83 @@ pub struct Learns {
     pub residual: Option<(FuzzyBasis, Inputs)>,
 }
 
+/// How many columns there are, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shape<const N: usize> {
+    /// Inertial parameters, and the first of each joint that is learnt.
+    inertial: usize,
+    first: [usize; N],
+    /// Columns of the residual of a joint.
+    residuals: usize,
+    /// Largest torque of each joint, over 4 [N·m].
+    scale: [f64; N],
+}
+
+impl<const N: usize> Shape<N> {
+    /// Inertial parameters.
+    #[cfg(feature = "std")]
+    pub fn inertial(&self) -> usize {
+        self.inertial
+    }
+
+    /// Whether there are as many columns at the same places in the other.
+    #[cfg(feature = "std")]
+    pub fn counts_as(&self, other: &Self) -> bool {
+        Self { scale: other.scale, ..*self } == *other
+    }
+
+    /// Columns of a joint's own.
+    pub fn own(&self) -> usize {
+        FRICTION + self.residuals
+    }
+
+    /// All parameters.
+    pub fn parameters(&self) -> usize {
+        self.inertial + N * self.own()
+    }
+
+    /// Length of a row of P.
+    pub fn stride(&self) -> usize {
+        stride(self.parameters())
+    }
+
+    /// Numbers that a sample's columns take but for those of friction: `N` rows of the inertial
+    /// ones, and the residual's, which all joints share.
+    pub fn columns(&self) -> usize {
+        N * self.inertial + self.residuals
+    }
+
+    /// The diagonal of P₀, with these entries of the inertial parameters.
+    pub fn prior<'a>(&'a self, inertial: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
+        let of_joint = |scale: f64| {
+            let largest = OWN * scale;
+            core::iter::repeat_n(largest * largest, self.own())
+        };
+        inertial.iter().copied().chain(self.scale.into_iter().flat_map(of_joint))
+    }
+
+    /// Where the inertial entries of joint `n` are in its row of columns.
+    pub fn acting(&self, n: usize) -> core::ops::Range<usize> {
+        n * self.inertial + self.first[n]..(n + 1) * self.inertial
+    }
+
+    /// Where the parameters of joint `n` are: the inertial ones that act on it, and its own.
+    pub fn first(&self, n: usize) -> [usize; 2] {
+        [self.first[n], self.inertial + n * self.own()]
+    }
+
+    /// The row of joint `n`, of entries in these two stretches.
+    pub fn row<'a>(&self, n: usize, inertial: &'a [f64], own: &'a [f64]) -> Row<'a> {
+        Row { first: self.first(n), entries: [inertial, own] }
+    }
+}
+
 /// The columns of `N` joints.
 #[derive(Clone, Debug)]
 pub(super) struct Features<const N: usize, const K: usize> {
-    /// The first inertial parameter of each joint that is learnt.
-    first: [usize; N],
-    prior: Vector<K>,
-    /// Largest torque of each joint, over 4 [N·m].
-    scale: [f64; N],
+    pub shape: Shape<N>,
+    /// The first entries of the diagonal of P₀.
+    pub inertial_prior: Vector<K>,
     pub residual: Option<(FuzzyBasis, Inputs)>,
 }
 
@@ -61,38 +130,12 @@ impl<const N: usize, const K: usize> Features<N, K> {
         if payload {
             first = [first[N - 1]; N];
         }
+        let residuals = residual.as_ref().map_or(0, |(basis, _)| basis.rules() + 1);
         Self {
-            first,
-            prior: inertial_prior(&arm.inertial_parameters(), A::BODIES),
-            scale,
+            shape: Shape { inertial: K, first, residuals, scale },
+            inertial_prior: inertial_prior(&arm.inertial_parameters(), A::BODIES),
             residual,
         }
-    }
-
-    /// Columns of the residual of a joint.
-    pub fn residuals(&self) -> usize {
-        self.residual.as_ref().map_or(0, |(basis, _)| basis.rules() + 1)
-    }
-
-    /// Columns of a joint's own.
-    pub fn own(&self) -> usize {
-        FRICTION + self.residuals()
-    }
-
-    /// All parameters.
-    pub fn parameters(&self) -> usize {
-        K + N * self.own()
-    }
-
-    /// Length of a row of P.
-    pub fn stride(&self) -> usize {
-        stride(self.parameters())
-    }
-
-    /// Numbers that a sample's columns take but for those of friction: `N` rows of `K`, and the
-    /// residual's, which all joints share.
-    pub fn columns(&self) -> usize {
-        N * K + self.residuals()
     }
 
     /// Scratch for [`write`](Self::write).
@@ -102,19 +145,16 @@ impl<const N: usize, const K: usize> Features<N, K> {
     }
 
     /// The diagonal of P₀.
-    pub fn prior(&self) -> impl Iterator<Item = f64> {
-        let own = self.own();
-        let of_joint = move |n: usize| {
-            let largest = OWN * self.scale[n];
-            core::iter::repeat_n(largest * largest, own)
-        };
-        self.prior.iter().copied().chain((0..N).flat_map(of_joint))
+    pub fn prior(&self) -> impl Iterator<Item = f64> + '_ {
+        self.shape.prior(self.inertial_prior.as_slice())
     }
 
     /// A number for the meaning of the columns.
     pub fn fingerprint(&self) -> u64 {
-        let first = self.first.iter().map(|first| *first as f64);
-        let known = fnv_of(FNV_START, self.prior.iter().copied().chain(self.scale).chain(first));
+        let Shape { first, scale, .. } = self.shape;
+        let first = first.map(|first| first as f64);
+        let prior = self.inertial_prior.iter().copied();
+        let known = fnv_of(FNV_START, prior.chain(scale).chain(first));
         let Some((basis, inputs)) = &self.residual else { return known };
         let scales =
             inputs.signals().iter().flat_map(|(signal, scale)| [*signal as u8 as f64, *scale]);
@@ -137,22 +177,16 @@ impl<const N: usize, const K: usize> Features<N, K> {
             *last = 1.0;
         }
     }
-
-    /// Where the inertial entries of joint `n` are in its row of columns.
-    pub fn acting(&self, n: usize) -> core::ops::Range<usize> {
-        n * K + self.first[n]..(n + 1) * K
-    }
-
-    /// The row of joint `n`, of entries in these two stretches.
-    pub fn row<'a>(&self, n: usize, inertial: &'a [f64], own: &'a [f64]) -> Row<'a> {
-        Row { first: [self.first[n], K + n * self.own()], entries: [inertial, own] }
-    }
 }
 
 /// The columns of friction at a velocity [rad/s].
-pub(super) fn friction(velocity: f64) -> [f64; FRICTION] {
-    let [narrow, middle, wide] = WIDTHS.map(|width| tanh(velocity / width));
-    [narrow, middle, wide, velocity]
+#[inline(always)]
+pub(super) fn friction<T: Real>(velocity: T) -> [T; FRICTION] {
+    let mut columns = [velocity; FRICTION];
+    for (column, width) in columns.iter_mut().zip(WIDTHS) {
+        *column = (velocity / velocity.like(width)).tanh();
+    }
+    columns
 }
 
 /// Of the bodies of a chain, ten parameters each; of lumped parameters, as much as they are.

@@ -6,9 +6,12 @@
 
 use super::pull::Pull;
 use crate::arm::Arm;
+#[cfg(feature = "std")]
+use crate::control::Beliefs;
 use crate::control::{Demand, Law, Sample};
 use crate::error::Result;
-use crate::math::{Vector, fnv_of};
+use crate::math::{Matrix, Real, Vector, fnv_of, product};
+use crate::reference::Setpoint;
 
 /// The law on the nominal arm.
 #[derive(Clone, Copy, Debug)]
@@ -29,14 +32,34 @@ impl<const N: usize, A: Arm<N>> FeedForward<N, A> {
     }
 }
 
+impl<const N: usize, T: Real> Pull<N, T> {
+    /// The torque, from M₀ and H₀ of the desired motion and D there.
+    #[inline(always)]
+    pub(super) fn torque(
+        &self,
+        (mass, bias): (&Matrix<N, T>, &Vector<N, T>),
+        weight: &Matrix<N, T>,
+        Sample { desired, e, de, .. }: &Sample<N, T>,
+        rho_hat: &Vector<N, T>,
+    ) -> Demand<N, T> {
+        let back = self.acceleration(e, de);
+        let (mut model, mut v) = (product(mass, &desired.ddq), desired.ddq);
+        let (weighted, mut compensation) = (product(weight, &back), product(weight, rho_hat));
+        for n in 0..N {
+            model[n] = model[n] + bias[n] + weighted[n];
+            compensation[n] = -compensation[n];
+            v[n] += back[n];
+        }
+        Demand { model, compensation, v }
+    }
+}
+
 impl<const N: usize, A: Arm<N>> Law<N> for FeedForward<N, A> {
     fn torque(&self, seen: &Sample<N>, rho_hat: &Vector<N>) -> Demand<N> {
-        let Sample { desired, e, de, .. } = seen;
-        let (mass, bias) = self.arm.mass_matrix_and_bias(&desired.q, &desired.dq);
-        let weight = self.weight.mass_matrix(&desired.q);
-        let back = self.pull.acceleration(e, de);
-        let model = mass * desired.ddq + bias + weight * back;
-        Demand { model, compensation: -(weight * rho_hat), v: desired.ddq + back }
+        let Setpoint { q, dq, .. } = &seen.desired;
+        let (mass, bias) = self.arm.mass_matrix_and_bias(q, dq);
+        let weight = self.weight.mass_matrix(q);
+        self.pull.torque((&mass, &bias), &weight, seen, rho_hat)
     }
 
     /// G₀(q).
@@ -52,6 +75,11 @@ impl<const N: usize, A: Arm<N>> Law<N> for FeedForward<N, A> {
     #[inline]
     fn wraps(&self) -> [bool; N] {
         self.arm.wraps()
+    }
+
+    #[cfg(feature = "std")]
+    fn beliefs(&self) -> Option<Beliefs<'_, N>> {
+        Some(Beliefs { arms: [self.arm.side()?, self.weight.side()?], numbers: &self.pull })
     }
 
     fn fingerprint(&self) -> u64 {

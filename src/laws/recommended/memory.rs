@@ -6,7 +6,10 @@ use crate::arm::Parametric;
 use crate::control::MAX_DELAY;
 use crate::error::Result;
 use crate::fuzzy::{Buffer, Memory};
-use crate::math::{Matrix, Vector};
+use crate::math::{Matrix, Vector, column};
+
+/// No limit cuts more of a torque [N·m].
+pub(super) const MOST: f64 = 1e10;
 
 /// What it remembers.
 #[derive(Clone, Debug)]
@@ -20,22 +23,25 @@ pub struct LearnedTorqueState<const N: usize, B: Buffer> {
     pub(super) periods: u64,
     pub(super) frozen: bool,
     pub(super) now: Now<N>,
+    /// D at the sample at hand, and Dα [N·m].
+    pub(super) weight: Matrix<N>,
+    pub(super) observed: Vector<N>,
 }
 
 /// Signals through filters, after the last period.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Filtered<const N: usize> {
+pub(super) struct Filtered<const N: usize, T = f64> {
     /// ė' [rad/s], and the same through the filter of friction.
-    pub velocity: Vector<N>,
-    pub slow: Vector<N>,
+    pub velocity: Vector<N, T>,
+    pub slow: Vector<N, T>,
     /// ζ [rad/s²].
-    pub zeta: Vector<N>,
+    pub zeta: Vector<N, T>,
     /// LP[τ_a − ID₀] [N·m], and LP[Dė'] [N·m·s].
-    pub torque: Vector<N>,
-    pub momentum: Vector<N>,
+    pub torque: Vector<N, T>,
+    pub momentum: Vector<N, T>,
     /// LP of whether a joint rests, and of whether the arm is far off or its torque limited.
-    pub rest: Vector<N>,
-    pub astray: f64,
+    pub rest: Vector<N, T>,
+    pub astray: T,
     /// Length of the last period, and time since P last forgot \[s\].
     pub period: f64,
     pub since: f64,
@@ -43,30 +49,29 @@ pub(super) struct Filtered<const N: usize> {
 
 /// What was decided for a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Decided<const N: usize> {
+pub(super) struct Decided<const N: usize, T = f64> {
     /// Φθ + Dv [N·m].
-    pub torque: Vector<N>,
+    pub torque: Vector<N, T>,
     /// v [rad/s²].
-    pub v: Vector<N>,
+    pub v: Vector<N, T>,
     /// q̇_d [rad/s].
-    pub dq: Vector<N>,
+    pub dq: Vector<N, T>,
 }
 
 /// What the sample at hand gave, worked out again for one that is pending after a load.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Now<const N: usize> {
+pub(super) struct Now<const N: usize, T = f64> {
     /// ė' [rad/s].
-    pub velocity: Vector<N>,
+    pub velocity: Vector<N, T>,
     /// α [rad/s²].
-    pub alpha: Vector<N>,
-    pub weight: Matrix<N>,
+    pub alpha: Vector<N, T>,
     /// τ_a − τ_asked [N·m].
-    pub cut: Vector<N>,
-    pub far: bool,
-    pub decided: Decided<N>,
-    /// Φθ and Dα [N·m].
-    pub learned: Vector<N>,
-    pub observed: Vector<N>,
+    pub cut: Vector<N, T>,
+    /// 1 where a joint is far from the desired motion, and 0 elsewhere.
+    pub far: T,
+    pub decided: Decided<N, T>,
+    /// Φθ [N·m].
+    pub learned: Vector<N, T>,
 }
 
 /// The parts of the memory.
@@ -80,9 +85,10 @@ pub(super) struct Parts<'a> {
     pub work: &'a mut [f64],
 }
 
-impl<const N: usize> Filtered<N> {
-    fn new() -> Self {
-        let zeros = Vector::zeros();
+impl<const N: usize, T: Copy> Filtered<N, T> {
+    /// Before the first period.
+    pub fn of(zero: T) -> Self {
+        let zeros = column([zero; N]);
         Self {
             velocity: zeros,
             slow: zeros,
@@ -90,34 +96,25 @@ impl<const N: usize> Filtered<N> {
             torque: zeros,
             momentum: zeros,
             rest: zeros,
-            astray: 0.0,
+            astray: zero,
             period: 0.0,
             since: 0.0,
         }
     }
 }
 
-impl<const N: usize> Decided<N> {
-    pub fn nothing() -> Self {
-        let zeros = Vector::zeros();
+impl<const N: usize, T: Copy> Decided<N, T> {
+    pub fn nothing(zero: T) -> Self {
+        let zeros = column([zero; N]);
         Self { torque: zeros, v: zeros, dq: zeros }
     }
 }
 
-impl<const N: usize> Now<N> {
-    fn new() -> Self {
-        let zeros = Vector::zeros();
-        let (weight, decided) = (Matrix::zeros(), Decided::nothing());
-        Self {
-            velocity: zeros,
-            alpha: zeros,
-            weight,
-            cut: zeros,
-            far: false,
-            decided,
-            learned: zeros,
-            observed: zeros,
-        }
+impl<const N: usize, T: Copy> Now<N, T> {
+    /// Before the first sample.
+    pub fn of(zero: T) -> Self {
+        let (zeros, decided) = (column([zero; N]), Decided::nothing(zero));
+        Self { velocity: zeros, alpha: zeros, cut: zeros, far: zero, decided, learned: zeros }
     }
 }
 
@@ -161,11 +158,13 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
     fn over<B: Buffer>(&self, memory: Memory<B>) -> LearnedTorqueState<N, B> {
         let mut state = LearnedTorqueState {
             memory,
-            filtered: Filtered::new(),
-            decided: [Decided::nothing(); MAX_DELAY + 1],
+            filtered: Filtered::of(0.0),
+            decided: [Decided::nothing(0.0); MAX_DELAY + 1],
             periods: 0,
             frozen: false,
-            now: Now::new(),
+            now: Now::of(0.0),
+            weight: Matrix::zeros(),
+            observed: Vector::zeros(),
         };
         self.begin(&mut state);
         state
@@ -177,10 +176,10 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
 
     /// Of θ, P, a gain, LP[Φ] in two parts, columns, scratch.
     fn sizes(&self) -> [usize; 7] {
-        let it = &self.features;
+        let (it, work) = (&self.features.shape, self.features.work());
         let (stride, rows) = (it.stride(), it.parameters());
         let turns = self.gains.delay + 1;
-        [stride, stride * rows, stride, N * K, N * it.own(), turns * it.columns(), it.work()]
+        [stride, stride * rows, stride, N * K, N * it.own(), turns * it.columns(), work]
     }
 
     pub(super) fn parts<'s>(&self, mut rest: &'s mut [f64]) -> Parts<'s> {
@@ -197,7 +196,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         let [stride, cells, gain, ..] = self.sizes();
         let (theta, rest) = memory.split_at(stride);
         let (p, rest) = rest.split_at(cells);
-        [&theta[..self.features.parameters()], p, &rest[gain..][..self.columns_kept()]]
+        [&theta[..self.features.shape.parameters()], p, &rest[gain..][..self.columns_kept()]]
     }
 
     /// Length of the last of them.
@@ -209,8 +208,9 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
     pub(super) fn begin<B: Buffer>(&self, state: &mut LearnedTorqueState<N, B>) {
         state.memory.as_mut_slice().fill(0.0);
         self.parts(state.memory.as_mut_slice()).regression.reset(self.features.prior());
-        state.filtered = Filtered::new();
-        state.decided = [Decided::nothing(); MAX_DELAY + 1];
-        (state.periods, state.frozen, state.now) = (0, false, Now::new());
+        state.filtered = Filtered::of(0.0);
+        state.decided = [Decided::nothing(0.0); MAX_DELAY + 1];
+        (state.periods, state.frozen, state.now) = (0, false, Now::of(0.0));
+        (state.weight, state.observed) = (Matrix::zeros(), Vector::zeros());
     }
 }

@@ -8,6 +8,8 @@
 //! sampled loop, `condition` whether what is learnt converges.
 
 #[cfg(feature = "std")]
+mod abreast;
+#[cfg(feature = "std")]
 mod condition;
 mod estimate;
 mod features;

@@ -5,15 +5,15 @@
 //! A PD that asks for more than the torque limit gives brakes too late, and swings about the path.
 
 use crate::error::{Result, positive};
-use crate::math::{FNV_START, Vector, fnv_of, sqrt};
+use crate::math::{FNV_START, Real, Vector, fnv_of};
 
 /// How errors of `N` joints are brought back.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pull<const N: usize> {
+pub struct Pull<const N: usize, T = f64> {
     /// p [rad/s].
-    pub bandwidth: [f64; N],
+    pub bandwidth: [T; N],
     /// b, with which a joint brakes on its way back from far away [rad/s²].
-    pub braking: [f64; N],
+    pub braking: [T; N],
 }
 
 impl<const N: usize> Pull<N> {
@@ -25,19 +25,27 @@ impl<const N: usize> Pull<N> {
     pub(super) fn fingerprint(&self) -> u64 {
         fnv_of(fnv_of(FNV_START, self.bandwidth), self.braking)
     }
+}
 
+impl<const N: usize, T: Real> Pull<N, T> {
     /// −2p (ė + w(e)) [rad/s²].
-    pub(super) fn acceleration(&self, e: &Vector<N>, de: &Vector<N>) -> Vector<N> {
-        Vector::from_fn(|n, _| -2.0 * self.bandwidth[n] * (de[n] + self.way_back(n, e[n])))
+    #[inline(always)]
+    pub(super) fn acceleration(&self, e: &Vector<N, T>, de: &Vector<N, T>) -> Vector<N, T> {
+        let mut back = *e;
+        for n in 0..N {
+            let way_back = self.way_back(n, e[n]);
+            back[n] = way_back.like(-2.0) * self.bandwidth[n] * (de[n] + way_back);
+        }
+        back
     }
 
     /// w(e) of joint `n` [rad/s].
-    fn way_back(&self, n: usize, e: f64) -> f64 {
-        let (p, b) = (self.bandwidth[n], self.braking[n]);
-        let near = 4.0 * b / (p * p);
-        if e.abs() <= near {
-            return 0.5 * p * e;
-        }
-        sqrt(2.0 * b * (e.abs() - 0.5 * near)).copysign(e)
+    #[inline(always)]
+    fn way_back(&self, n: usize, e: T) -> T {
+        let (p, b, half) = (self.bandwidth[n], self.braking[n], e.like(0.5));
+        let near = e.like(4.0) * b / (p * p);
+        let braked = (e.like(2.0) * b * (e.abs() - half * near)).sqrt();
+        let far = e.if_less(e.like(0.0), -braked, braked);
+        near.if_less(e.abs(), far, half * p * e)
     }
 }

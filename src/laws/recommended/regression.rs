@@ -10,14 +10,16 @@
 //! sees, however certain it looks. P is changed by products that are the same in both triangles,
 //! so it stays symmetric to the bit, and no larger than P₀.
 
-use crate::math::{LANES, sqrt};
+use pulp::{Simd, WithSimd};
+
+use crate::math::{LANES, Runs, Shared, sqrt};
 
 /// r, what a row cannot say, as a share of the joint's torque.
 const NOISE: f64 = 0.01;
 /// ρ.
 const CAUTION: f64 = 1.0;
 /// What is smaller is zero: no product is a subnormal number then.
-const TINY: f64 = 1e-140;
+pub(super) const TINY: f64 = 1e-140;
 
 /// θ, P and room for Pφᵀ; rows of P are whole lanes long.
 pub(super) struct Regression<'a> {
@@ -63,6 +65,34 @@ impl Regression<'_> {
     /// Learns `y = φθ`, both divided by the joint's torque `unit` [N·m].
     pub fn learn(&mut self, row: &Row<'_>, y: f64, unit: f64) {
         let Self { theta, p, gain } = self;
+        Shared.run(Learn { regression: Regression { theta, p, gain }, row, y, unit });
+    }
+
+    /// Lets a share of what was learnt of the spread go.
+    pub fn forget(&mut self, share: f64, prior: impl Iterator<Item = f64>) {
+        Shared.run(Fade { cells: &mut *self.p, left: 1.0 - share });
+        let stride = self.gain.len();
+        for (j, variance) in prior.enumerate() {
+            let cell = &mut self.p[j * stride + j];
+            *cell = (*cell + share * variance).min(variance);
+        }
+    }
+}
+
+/// A row that is learnt. Compiled for the instruction set at hand: P has thousands of entries.
+struct Learn<'a, 'r> {
+    regression: Regression<'a>,
+    row: &'a Row<'r>,
+    y: f64,
+    unit: f64,
+}
+
+impl WithSimd for Learn<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { regression: Regression { theta, p, gain }, row, y, unit } = self;
         let stride = gain.len();
         let inverse = 1.0 / unit;
         gain.fill(0.0);
@@ -79,15 +109,20 @@ impl Regression<'_> {
             add(cells, -share, gain);
         }
     }
+}
 
-    /// Lets a share of what was learnt of the spread go.
-    pub fn forget(&mut self, share: f64, prior: impl Iterator<Item = f64>) {
-        let stride = self.gain.len();
-        self.p.iter_mut().for_each(|cell| *cell = unless_tiny(*cell * (1.0 - share)));
-        for (j, variance) in prior.enumerate() {
-            let cell = &mut self.p[j * stride + j];
-            *cell = (*cell + share * variance).min(variance);
-        }
+/// P, of which a share is left.
+struct Fade<'a> {
+    cells: &'a mut [f64],
+    left: f64,
+}
+
+impl WithSimd for Fade<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.cells.iter_mut().for_each(|cell| *cell = unless_tiny(*cell * self.left));
     }
 }
 

@@ -28,7 +28,7 @@ where
     }
 
     fn size(&self) -> usize {
-        self.features.parameters()
+        self.features.shape.parameters()
     }
 
     fn fingerprints(&self) -> [u64; 2] {
@@ -54,7 +54,7 @@ where
     fn write(&self, state: &LearnedTorqueState<N, B>, put: &mut dyn FnMut(&[u8])) {
         let [theta, p, rest] = self.kept(state.memory.as_slice());
         put_all(put, theta);
-        for (k, row) in p.chunks_exact(self.features.stride()).enumerate() {
+        for (k, row) in p.chunks_exact(self.features.shape.stride()).enumerate() {
             put_all(put, &row[..=k]);
         }
         put_all(put, rest);
@@ -68,7 +68,7 @@ where
     }
 
     fn check(&self, _: u64, part: &[u8]) -> Result<()> {
-        let (mut rest, count) = (Numbers(part), self.features.parameters());
+        let (mut rest, count) = (Numbers(part), self.features.shape.parameters());
         for number in rest.iter() {
             finite("parameters", &[number])?;
         }
@@ -98,8 +98,8 @@ where
 
     fn take(&self, state: &mut LearnedTorqueState<N, B>, flags: u64, periods: u64, part: &[u8]) {
         self.begin(state);
-        let (mut saved, stride) = (Numbers(part), self.features.stride());
-        let (count, memory) = (self.features.parameters(), state.memory.as_mut_slice());
+        let (mut saved, stride) = (Numbers(part), self.features.shape.stride());
+        let (count, memory) = (self.features.shape.parameters(), state.memory.as_mut_slice());
         let mut next = || saved.number().unwrap_or(0.0);
         let (theta, rest) = memory.split_at_mut(stride);
         theta[..count].fill_with(&mut next);
@@ -127,7 +127,7 @@ fn signals<const N: usize>(rest: &mut Numbers<'_>) -> Result<Signals<N>> {
     let [period, since, astray] = [rest.number()?, rest.number()?, rest.number()?];
     let filtered =
         Filtered { velocity, slow, zeta, torque, momentum, rest: resting, period, since, astray };
-    let mut decided = [Decided::nothing(); MAX_DELAY + 1];
+    let mut decided = [Decided::nothing(0.0); MAX_DELAY + 1];
     for Decided { torque, v, dq } in &mut decided {
         (*torque, *v, *dq) = (rest.vector()?, rest.vector()?, rest.vector()?);
     }

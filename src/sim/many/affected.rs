@@ -6,7 +6,7 @@ use super::case::Case;
 use super::course::Course;
 use super::measured::Measured;
 use super::models::Models;
-use super::together::Together;
+use super::together::settled;
 use crate::arm::Arm;
 use crate::control::{Command, Compensator, Law, Sample, State};
 use crate::effects::Effects;
@@ -69,8 +69,7 @@ where
         let effects = cases.map(|case| &case.effects);
         // A controller whose sample is lost does not decide when the others do.
         let keeps = effects.iter().all(|effects| effects.timing.drop == 0.0);
-        let together = if keeps { Together::new(cases, bodies) } else { None };
-        let abreast = together.and_then(|together| Measured::new(together, cases));
+        let abreast = if keeps { Measured::new(cases, &settled(cases), bodies) } else { None };
         let controllers = match abreast {
             Some(measured) => Controllers::Abreast(Box::new(measured)),
             None => {

@@ -91,6 +91,18 @@ impl<const N: usize> Drivers<N> {
     }
 }
 
+/// Limits of controllers, and of plants.
+pub(super) fn limits<const N: usize, A: Arm<N>, D: Disturbance<N>, L, C, R, S>(
+    cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+) -> [Limits<N, Abreast>; 2] {
+    let actuators =
+        cases.map(|case| Limits { effort_limit: *case.plant.effort_limit(), ..Limits::default() });
+    [
+        Limits::abreast(cases.map(|case| &case.controller.limits)),
+        Limits::abreast(actuators.each_ref()),
+    ]
+}
+
 impl<const N: usize> Bodies<N> {
     /// Those of these runs at their start; `None` where they cannot go side by side.
     pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C, R, S>(

@@ -7,7 +7,7 @@ use super::case::Case;
 use super::course::Course;
 use super::measured::Measured;
 use super::models::Models;
-use super::together::Together;
+use super::together::{Together, settled};
 use crate::arm::Arm;
 use crate::control::{Compensator, Law, State};
 use crate::math::{Abreast, LANES, lane};
@@ -18,7 +18,7 @@ use crate::sim::sampled::Sampled;
 /// The controllers of eight loops.
 pub(super) enum Deciders<'a, const N: usize, A, D, L, C, R, S> {
     Abreast(Box<Together<N>>),
-    /// With something before their laws, or with limits of rates.
+    /// With other laws, something before them, or limits of rates.
     Apart(Box<Measured<N>>),
     Each(Box<Each<'a, N, A, D, L, C, R, S>>),
     Affected(Box<Affected<'a, N, A, D, L, C, R, S>>),
@@ -42,17 +42,22 @@ where
         if cases.iter().any(|case| case.effects.is_on()) {
             return Self::Affected(Box::new(Affected::new(cases, bodies, course)));
         }
-        let each = || Self::Each(Box::new(Each::new(cases, course)));
-        let Some(together) = Together::new(cases, bodies) else { return each() };
-        if together.fronts.is_none() {
+        let states = settled(cases);
+        if cases.iter().all(|case| case.controller.is_bare())
+            && let Some(together) = Together::new(cases, &states, bodies)
+        {
             return Self::Abreast(Box::new(together));
         }
-        let Some(mut measured) = Measured::new(together, cases) else { return each() };
         let mut lost = Abreast::all(0.0);
-        for (i, case) in cases.iter().enumerate() {
-            measured.begin(i, case.controller, &case.q0.into(), &mut lost);
+        if let Some(mut measured) = Measured::new(cases, &states, bodies) {
+            for (i, case) in cases.iter().enumerate() {
+                measured.begin(i, case.controller, &case.q0.into(), &mut lost);
+            }
+            if lost == Abreast::all(0.0) {
+                return Self::Apart(Box::new(measured));
+            }
         }
-        if lost == Abreast::all(0.0) { Self::Apart(Box::new(measured)) } else { each() }
+        Self::Each(Box::new(Each::new(cases, course)))
     }
 }
 

@@ -3,21 +3,27 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
-use super::bodies::{Bodies, Drivers};
+use super::bodies::{Bodies, limits};
 use super::case::Case;
-use super::together::Together;
-use crate::arm::ModelsAbreast;
-use crate::control::{Command, Controller, Demand, FrontsAbreast, Law, Sample};
+use super::together::{Together, learns};
+use crate::arm::{Arm, ModelsAbreast};
+use crate::control::{
+    Asks, Command, Compensator, Controller, Demand, FrontsAbreast, Law, LawsAbreast, Limits,
+    Sample, State,
+};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, Vector, in_lanes, lane, none_missing, put, store,
 };
+use crate::plant::Disturbance;
 use crate::reference::Setpoint;
 
 /// Eight controllers, what they see, and what they ask for.
 pub(super) struct Measured<const N: usize> {
-    together: Together<N>,
-    /// M₀ and H₀ at the measured motion.
-    models: ModelsAbreast<N>,
+    laws: Laws<N>,
+    /// What stands before laws, and limits of rates, if there are any.
+    fronts: Option<FrontsAbreast<N>>,
+    /// Limits of controllers, and of plants.
+    limits: [Limits<N, Abreast>; 2],
     pub seen: Sample<N, Abreast>,
     demand: Demand<N, Abreast>,
     asked: Vector<N, Abreast>,
@@ -27,19 +33,44 @@ pub(super) struct Measured<const N: usize> {
     told: Vector<N, Abreast>,
 }
 
+/// Laws, with what compensates.
+enum Laws<const N: usize> {
+    /// Computed torque, with M₀ and H₀ at the motion that laws see.
+    Computed(Box<Together<N>>, Box<ModelsAbreast<N>>),
+    Own(Box<dyn Asks<N>>),
+}
+
 impl<const N: usize> Measured<N> {
-    /// Those of these runs; `None` where they cannot go side by side.
-    pub fn new<A, D, L: Law<N>, C, R, S>(
-        together: Together<N>,
+    /// Those of these runs, with their states, of which no period is pending; `None` where they
+    /// cannot go side by side.
+    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C: Compensator<N, S>, R, S>(
         cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+        states: &[State<N, S>; LANES],
+        bodies: &Bodies<N>,
     ) -> Option<Self> {
-        let models =
-            ModelsAbreast::of(none_missing(cases.map(|case| case.controller.law.model()))?)?;
+        let fronts = if cases.iter().all(|case| case.controller.is_bare()) {
+            None
+        } else {
+            Some(FrontsAbreast::of(core::array::from_fn(|i| (cases[i].controller, &states[i])))?)
+        };
+        let laws = match Together::new(cases, states, bodies) {
+            Some(together) => {
+                let models = none_missing(cases.map(|case| case.controller.law.model()))?;
+                Laws::Computed(Box::new(together), Box::new(ModelsAbreast::of(models)?))
+            }
+            None => {
+                let laws = none_missing(cases.map(|case| case.controller.law.beliefs()))?;
+                let learns = learns(cases, states);
+                let own = none_missing(learns.map(|it| it.and_then(|it| it.as_own())))?;
+                Laws::Own((own[0].put)(laws, own)?)
+            }
+        };
         let zeros = Vector::<N, Abreast>::repeat(Abreast::all(0.0));
         let desired = Setpoint { q: zeros, dq: zeros, ddq: zeros };
         Some(Self {
-            together,
-            models,
+            laws,
+            fronts,
+            limits: limits(cases),
             seen: Sample { q: zeros, dq: zeros, desired, e: zeros, de: zeros },
             demand: Demand { model: zeros, compensation: zeros, v: zeros },
             asked: zeros,
@@ -58,7 +89,7 @@ impl<const N: usize> Measured<N> {
         q: &Vector<N>,
         lost: &mut Abreast,
     ) {
-        if let Some(fronts) = &mut self.together.fronts {
+        if let Some(fronts) = &mut self.fronts {
             fronts.begin(i, controller, q, lost);
         }
     }
@@ -75,19 +106,21 @@ impl<const N: usize> Measured<N> {
         if begun {
             self.end(arch, period, lost);
         }
-        if let Some(fronts) = &mut self.together.fronts {
-            fronts.look(arch, &mut self.seen, lost);
+        let Self { laws, fronts, limits, seen, demand, asked, tau, rho_hat, told } = self;
+        if let Some(fronts) = &mut *fronts {
+            fronts.look(arch, seen, lost);
         }
-        let Self { together, models, seen, demand, asked, tau, rho_hat, told } = self;
-        models.find(arch, (&seen.q, &seen.dq));
-        *rho_hat = *together.estimate(arch, seen, lost);
-        let Together { drivers, fronts, .. } = together;
-        let fronts = fronts.as_mut();
-        let torques = [asked, tau, told];
-        in_lanes(
-            arch,
-            Ask { drivers, fronts, models, seen, rho_hat, period, demand, torques, lost },
-        );
+        match laws {
+            Laws::Computed(together, models) => {
+                models.find(arch, (&seen.q, &seen.dq));
+                *rho_hat = *together.estimate(arch, seen, lost);
+                let laws = &together.drivers.laws;
+                in_lanes(arch, Compute { laws, models, seen, rho_hat, demand });
+            }
+            Laws::Own(laws) => laws.ask(arch, seen, (demand, rho_hat)),
+        }
+        let (fronts, torques) = (fronts.as_mut(), [asked, tau, told]);
+        in_lanes(arch, Limit { fronts, limits, period, demand, torques, lost });
     }
 
     /// The same for arms that are seen as they are; what plants let through of the torques acts.
@@ -100,10 +133,15 @@ impl<const N: usize> Measured<N> {
 
     /// Ends a period \[s\] with what acted in it.
     pub fn end(&mut self, arch: Arch, period: f64, lost: &mut Abreast) {
-        let Self { together, asked, told, .. } = self;
-        let acted = together.fronts.as_ref().map_or(*asked, |fronts| *fronts.acting(asked));
-        together.end(arch, (&acted, told), true, period, lost);
-        if let Some(fronts) = &mut together.fronts {
+        let Self { laws, fronts, asked, told, .. } = self;
+        let acted = fronts.as_ref().map_or(&*asked, |fronts| fronts.acting(asked));
+        match laws {
+            Laws::Computed(together, _) => {
+                together.end(arch, (acted, told), true, period, lost);
+            }
+            Laws::Own(laws) => laws.end(arch, (acted, told), period, lost),
+        }
+        if let Some(fronts) = fronts {
             fronts.ended(asked, period);
         }
     }
@@ -123,12 +161,34 @@ impl<const N: usize> Measured<N> {
     }
 }
 
-struct Ask<'a, const N: usize> {
-    drivers: &'a Drivers<N>,
-    fronts: Option<&'a mut FrontsAbreast<N>>,
+struct Compute<'a, const N: usize> {
+    laws: &'a LawsAbreast<N>,
     models: &'a ModelsAbreast<N>,
     seen: &'a Sample<N, Abreast>,
     rho_hat: &'a Vector<N, Abreast>,
+    demand: &'a mut Demand<N, Abreast>,
+}
+
+impl<const N: usize> WithSimd for Compute<'_, N> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Self { laws, models, seen, rho_hat, demand } = self;
+        for part in 0..Register::<S>::PARTS {
+            let (mass, bias) = (models.mass.load(simd, part), models.bias.load(simd, part));
+            let (seen, rho_hat) = (seen.load(simd, part), rho_hat.load(simd, part));
+            let own = laws.torque((simd, part), (&mass, &bias), &seen, &rho_hat);
+            store(&own.model, &mut demand.model, part);
+            store(&own.compensation, &mut demand.compensation, part);
+            store(&own.v, &mut demand.v, part);
+        }
+    }
+}
+
+struct Limit<'a, const N: usize> {
+    fronts: Option<&'a mut FrontsAbreast<N>>,
+    limits: &'a [Limits<N, Abreast>; 2],
     period: f64,
     demand: &'a mut Demand<N, Abreast>,
     /// What is asked for, commanded, and acts.
@@ -136,22 +196,20 @@ struct Ask<'a, const N: usize> {
     lost: &'a mut Abreast,
 }
 
-impl<const N: usize> WithSimd for Ask<'_, N> {
+impl<const N: usize> WithSimd for Limit<'_, N> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        let Self { drivers, models, seen, rho_hat, period, .. } = self;
-        let Self { mut fronts, demand, torques: [asked, tau, acts], lost, .. } = self;
-        let Drivers { laws, limits: [controllers, actuators], .. } = drivers;
+        let Self { mut fronts, limits, period, demand, torques: [asked, tau, acts], lost } = self;
+        let [controllers, actuators] = limits;
         for part in 0..Register::<S>::PARTS {
-            let (mass, bias) = (models.mass.load(simd, part), models.bias.load(simd, part));
-            let (seen, rho_hat) = (seen.load(simd, part), rho_hat.load(simd, part));
-            let mut wanted = laws.torque((simd, part), (&mass, &bias), &seen, &rho_hat);
+            let mut model = demand.model.load(simd, part);
+            let compensation = demand.compensation.load(simd, part);
             if let Some(fronts) = &mut fronts {
-                fronts.cushion((simd, part), &mut wanted);
+                fronts.cushion((simd, part), &mut model, &compensation);
+                store(&model, &mut demand.model, part);
             }
-            let Demand { model, compensation, v } = wanted;
             let (mut sum, mut infinite) = (model, lost.load(simd, part));
             for n in 0..N {
                 sum[n] += compensation[n];
@@ -164,9 +222,6 @@ impl<const N: usize> WithSimd for Ask<'_, N> {
             if let Some(fronts) = &mut fronts {
                 clamped = fronts.follow((simd, part), &limits, &clamped, period);
             }
-            store(&model, &mut demand.model, part);
-            store(&compensation, &mut demand.compensation, part);
-            store(&v, &mut demand.v, part);
             store(&sum, asked, part);
             store(&clamped, tau, part);
             store(&actuators.load(simd, part).clamp(&clamped), acts, part);

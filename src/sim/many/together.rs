@@ -5,40 +5,30 @@ use pulp::{Arch, Simd, WithSimd};
 use super::bodies::{Bodies, Drivers};
 use super::case::Case;
 use crate::arm::Arm;
-use crate::control::{
-    Compensator, Controller, EstimatorsAbreast, FARTHEST, FrontsAbreast, Law, Sample, Stage,
-};
+use crate::control::{Compensator, EstimatorsAbreast, FARTHEST, Law, Learns, Sample, Stage, State};
 use crate::math::{
     Abreast, LANES, Load, Real, Register, TINY_SIGNAL, Vector, in_lanes, none_missing,
 };
 use crate::plant::Disturbance;
 
-/// Controllers side by side: laws with constant gains, and compensators that can be.
+/// Controllers of computed torque side by side: laws with constant gains, and compensators that can
+/// be.
 pub(super) struct Together<const N: usize> {
     pub drivers: Drivers<N>,
-    /// What stands before laws, and limits of rates, if there are any.
-    pub fronts: Option<FrontsAbreast<N>>,
     compensators: EstimatorsAbreast<N>,
 }
 
 impl<const N: usize> Together<N> {
-    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C: Compensator<N, S>, R, S: Clone>(
+    /// Those of these runs, with their states, of which no period is pending; `None` if they cannot
+    /// be.
+    pub fn new<A: Arm<N>, D: Disturbance<N>, L: Law<N>, C: Compensator<N, S>, R, S>(
         cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+        states: &[State<N, S>; LANES],
         bodies: &Bodies<N>,
     ) -> Option<Self> {
-        let mut states = cases.map(|case| case.state.clone());
-        let mut learns = [None; LANES];
-        for ((to, case), state) in learns.iter_mut().zip(cases).zip(&mut states) {
-            let Controller { compensator, .. } = case.controller;
-            *to = compensator.learns(case.controller.settle(state));
-        }
-        let compensators = EstimatorsAbreast::of(none_missing(learns)?)?;
-        let fronts = if cases.iter().all(|case| case.controller.is_bare()) {
-            None
-        } else {
-            Some(FrontsAbreast::of(core::array::from_fn(|i| (cases[i].controller, &states[i])))?)
-        };
-        Some(Self { drivers: Drivers::new(cases, bodies)?, fronts, compensators })
+        let drivers = Drivers::new(cases, bodies)?;
+        let compensators = EstimatorsAbreast::of(none_missing(learns(cases, states))?)?;
+        Some(Self { drivers, compensators })
     }
 
     /// Where what is measured is so small that a controller does not feel it, or so large that it
@@ -70,6 +60,25 @@ impl<const N: usize> Together<N> {
         self.compensators.acted(arch, 0, torques, limited);
         self.compensators.advance(arch, &Stage::after(period), lost);
     }
+}
+
+/// The states of these runs at their start, without a period that is pending.
+pub(super) fn settled<const N: usize, A, D, L: Law<N>, C: Compensator<N, S>, R, S: Clone>(
+    cases: [&Case<'_, N, A, D, L, C, R, S>; LANES],
+) -> [State<N, S>; LANES] {
+    cases.map(|case| {
+        let mut state = case.state.clone();
+        case.controller.settle(&mut state);
+        state
+    })
+}
+
+/// What compensates in these runs.
+pub(super) fn learns<'a, const N: usize, A, D, L, C: Compensator<N, S>, R, S>(
+    cases: [&'a Case<'_, N, A, D, L, C, R, S>; LANES],
+    states: &'a [State<N, S>; LANES],
+) -> [Option<Learns<'a, N>>; LANES] {
+    core::array::from_fn(|i| cases[i].controller.compensator.learns(states[i].compensator()))
 }
 
 struct Feel<'a, const N: usize> {

@@ -2,6 +2,7 @@
 //! too.
 
 mod fronts;
+mod learned;
 
 use core::sync::atomic::AtomicBool;
 
