@@ -62,8 +62,16 @@ LAWS: dict[str, Tracker] = {
     "disturbance observer": lambda _, arm, p: sa.laws.disturbance_observer(arm, bandwidth=p),
     "momentum observer": lambda _, arm, p: sa.laws.momentum_observer(arm, bandwidth=p),
     "slotine_li": lambda _, arm, p: sa.laws.slotine_li(arm, bandwidth=p),
+    "recommended": lambda _, arm, __: recommended(arm),
     "h infinity": lambda _, arm, p: sa.laws.h_infinity(arm, bandwidth=p),
 }
+
+
+def recommended(arm: Any) -> Any:
+    """Return the recommended controller, for a loop at 1 kHz."""
+    loads = {} if isinstance(arm, sa.TwoLink) else {"payload": 2.0}
+    options: dict[str, Any] = {"residual": False, "light_joints": True}
+    return sa.recommended(arm, effort_limit=60.0, **loads, **options)
 
 
 def arms(rng: Random, runs: int) -> tuple[list[Any], Any]:
@@ -130,7 +138,7 @@ def test_runs_of_a_scene_drawn_at_random_are_those_of_simulate(scene: int) -> No
     law, bandwidth = str(rng.choice(list(LAWS))), rng.uniform(5.0, 15.0)
     # All alike, or each with other gains, and perhaps with what stands in the way of lanes.
     drawn = [LAWS[law](rng, believed, bandwidth)]
-    if rng.random() < 0.3:
+    if rng.random() < 0.3 and law != "recommended":
         drawn = [LAWS[law](rng, believed, rng.uniform(5.0, 15.0)) for _ in range(count)]
     if rng.random() < 0.3:
         limit = float(rng.uniform(20.0, 90.0))
@@ -139,11 +147,12 @@ def test_runs_of_a_scene_drawn_at_random_are_those_of_simulate(scene: int) -> No
     path = sa.Sines(**one, cos=[[0.0] * joints], offset=POSE[:joints])
     push = sa.Sines(frequency=[2.0], sin=[[0.5] * joints], cos=[[0.1] * joints])
     pushed = [sa.Plant(arm, disturbance=push if rng.random() < 0.9 else None) for arm in plants]
-    sampled = rng.random() < 0.6
+    sampled = rng.random() < 0.6 or law == "recommended"
     options: dict[str, Any] = {"control_period": None}
     through: list[sa.Effects | None] = [None] * count
     if sampled:
-        options["control_period"] = float(rng.choice([1.0, 2.0, 4.0])) * 1e-3
+        periods = [1.0] if law == "recommended" else [1.0, 2.0, 4.0]
+        options["control_period"] = float(rng.choice(periods)) * 1e-3
         drawn = before_laws(rng, drawn)
         one_for_all = [effects(rng) if rng.random() < 0.5 else None] * count
         each = [effects(rng) if rng.random() < 0.5 else None for _ in range(count)]
