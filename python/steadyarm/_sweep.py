@@ -140,6 +140,7 @@ def _sweep(arguments: argparse.Namespace) -> int:
                 return _told(arguments, *found.repeated(arguments.only))
             return _shown(arguments, found)
     with refusing("scenario", arguments.source):
+        kind_of(arguments.source)  # refuses what is nothing
         plan = _plan(arguments)
         source = _source(arguments, plan)
         if arguments.only is not None:
@@ -195,7 +196,8 @@ def _shown(arguments: argparse.Namespace, found: Sweep) -> int:
         written(arguments, arguments.plot, "picture")
     if found.missing:
         return STOPPED
-    return 0 if found.counts().get("finished") else FAILED
+    counts = found.counts()
+    return 0 if counts.get("finished") and not counts.get("raised") else FAILED
 
 
 def _plain(found: Sweep, cases: list[Worst]) -> dict[str, Any]:

@@ -61,6 +61,11 @@ impl Error {
         Self::new(parameter, Problem::TooMany { got, limit })
     }
 
+    /// [`Problem::NotGiven`].
+    pub(crate) const fn not_given(parameter: &'static str, wanted: &'static str) -> Self {
+        Self::new(parameter, Problem::NotGiven { wanted })
+    }
+
     /// [`Problem::Missing`].
     #[cfg(feature = "urdf")]
     pub(crate) const fn missing(parameter: &'static str) -> Self {

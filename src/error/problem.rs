@@ -26,6 +26,12 @@ pub enum Problem {
     },
     /// A parameter that has to be there is not.
     Missing,
+    /// A parameter that need not be there must be here.
+    #[non_exhaustive]
+    NotGiven {
+        /// What would be accepted, and why, in words and units.
+        wanted: &'static str,
+    },
     /// A part of a controller has no form in single precision.
     #[non_exhaustive]
     NotSingle {
@@ -144,6 +150,7 @@ impl Problem {
                 write!(f, "has no form in single precision, wants {wanted}")
             }
             Self::Missing => f.write_str("is missing, wants a value"),
+            Self::NotGiven { wanted } => write!(f, "got None, wants {wanted}"),
             Self::WrongLength { got, wanted } => write!(f, "got {got} entries, wants {wanted}"),
             Self::TooMany { got: Some(got), limit } => {
                 write!(f, "got {got}, wants at most {limit}")

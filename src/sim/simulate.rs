@@ -92,7 +92,9 @@ where
     if let Some((guard, _)) = &guarding {
         let same = |period: f64| (period / guard.control_period - 1.0).abs() < SAME_PERIOD;
         let wanted = "the period of the guard; a guarded controller is a sampled one";
-        within("control_period", &[options.control_period.unwrap_or(0.0)], same, wanted)?;
+        let period = options.control_period;
+        let period = period.ok_or_else(|| Error::not_given("control_period", wanted))?;
+        within("control_period", &[period], same, wanted)?;
     }
     let (steps, hold) = options.steps()?;
     let start = Motion { q: options.q0.into(), dq: options.dq0.into() };
@@ -151,8 +153,10 @@ where
         ),
         (plant.changes(), "a period: a plant that changes needs a sampled controller"),
     ];
-    let wanted = found.iter().find(|(is, _)| *is).map_or("", |(_, wanted)| wanted);
-    within("control_period", &[0.0], |_| wanted.is_empty(), wanted)
+    match found.iter().find(|(is, _)| *is) {
+        Some((_, wanted)) => Err(Error::not_given("control_period", wanted)),
+        None => Ok(()),
+    }
 }
 
 fn check_unlimited_rate(limit: &[f64]) -> Result<()> {

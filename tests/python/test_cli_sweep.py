@@ -73,6 +73,17 @@ def test_a_row_is_computed_once_more(file: str, capsys: Out) -> None:
     assert not Path("nowhere").exists()
 
 
+def one_over(divisor: float) -> dict[str, float]:
+    return {"one_over": 1.0 / divisor}
+
+
+def test_a_row_that_raised_is_no_success(capsys: Out, tmp_path: Path) -> None:
+    results = str(tmp_path / "results")
+    sa.sweep(one_over, over={"divisor": [1.0, 0.0]}, out=results, progress=False)
+    assert main(["sweep", results]) == 1
+    assert "ZeroDivisionError" in capsys.readouterr().out
+
+
 def test_a_robot_is_made_a_scenario(capsys: Out, file: str) -> None:
     command = ["sweep", "ur5e", "--armature", "0.1", "--over", "duration=0.2", "--only", "0"]
     assert main([*command, "--payload", "1.5", "--json"]) == 0
@@ -105,6 +116,7 @@ def test_it_refuses_in_one_line(file: str, tmp_path: Path, capsys: Out) -> None:
         (["sweep", "results", "--only", "7"], "wants a row that is there, from 0 to"),
         (["sweep", "results", "--by", "nobody"], "by: got 'nobody', wants one of rms_e"),
         (["sweep", "nowhere.toml", *over], "nowhere.toml"),
+        (["sweep", "nowhere"], "SOURCE: got 'nowhere', wants a file"),
         (["sweep", str(tmp_path), *over], str(tmp_path)),
     ):
         assert main(arguments) == 2, arguments

@@ -192,7 +192,7 @@ REFUSED: dict[str, tuple[type[Exception], Any]] = {
             sa.Plant(sa.paper.actual()), guard(), sa.paper.reference(), 1.0, control_period=2e-3
         ),
     ),
-    "control_period: got 0, wants the period of the guard": (
+    "control_period: got None, wants the period of the guard": (
         ValueError,
         lambda: sa.simulate(sa.Plant(sa.paper.actual()), guard(), sa.paper.reference(), 1.0),
     ),

@@ -96,7 +96,7 @@ ONE: dict[str, tuple[Any, str]] = {
     "dt": ({"dt": -1e-3}, r"dt: got "),
     "effects without a period": (
         {"effects": sa.Effects(delay=1), "control_period": None},
-        r"control_period: got 0, wants a period",
+        r"control_period: got None, wants a period",
     ),
 }
 

@@ -254,7 +254,7 @@ fn what_needs_samples_is_refused_in_continuous_time() {
         refused(&fronted, Effects::default(), plant()),
         refused(&plain(), Effects::default(), changing),
     ] {
-        assert!(error.starts_with("control_period: got 0, wants a period"), "{error}");
+        assert!(error.starts_with("control_period: got None, wants a period"), "{error}");
     }
     let effects = |timing| Effects::<2> { timing, ..Effects::default() };
     for (timing, wanted) in [

@@ -332,7 +332,7 @@ fn what_cannot_work_is_refused_by_name() {
     let mut state = State::new(TimeDelayState::new());
     let go_on = |_| ControlFlow::Continue(());
     let run = simulate(&plant, &delayed, &mut state, &reference, &Options::default(), go_on);
-    assert!(refused(run).starts_with("control_period: got 0, wants a period"));
+    assert!(refused(run).starts_with("control_period: got None, wants a period"));
     // γ below half of √r, and Q too large for it.
     assert!(refused(HInfinity::new(gains, 1e3, 0.1, 1.0)).starts_with("gamma: got 0.1"));
     assert!(refused(HInfinity::new(gains, 1e3, 1.0, 2.0)) == "accepted");
