@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 from numpy.typing import NDArray
 
-from ._look import SMALL, TEXT
+from ._look import SMALL, TEXT, Look
 from ._pareto import brief
 from ._picture import Picture, literal
 from ._sweep_tables import told
@@ -59,7 +59,7 @@ def drawn(
     figures, failed = scale * columns[value], columns["status"] != "finished"
     figures = np.where(failed | ~np.isfinite(figures), np.nan, figures)
     if y is None:
-        _bands(picture, axes, columns[x], figures, failed)
+        _bands(picture, axes, columns[x], figures, failed, _series(sweep, columns, x, picture.look))
         axes.set_ylabel(named)
     else:
         _map(picture, axes, (columns[x], columns[y]), figures, failed, named)
@@ -86,31 +86,52 @@ def _chosen(
     return first, y or next(iter(numeric), None)
 
 
-def _bands(picture: Picture, axes: Axes, x: Array, figures: Array, failed: Array) -> None:
+def _series(sweep: Sweep, columns: dict[str, Array], x: str, look: Look) -> list[tuple[str, Array]]:
+    """The rows of each value of an input in words that is not drawn: they are not one crowd."""
+    for name in sweep.inputs:
+        words = columns[name]
+        values = np.unique(words)
+        if name != x and words.dtype.kind in "Ub" and 1 < len(values) <= len(look.cycle):
+            return [(f"{name} {value}", words == value) for value in values]
+    return [("", np.ones(len(columns[x]), dtype=bool))]
+
+
+def _bands(
+    picture: Picture,
+    axes: Axes,
+    x: Array,
+    figures: Array,
+    failed: Array,
+    series: list[tuple[str, Array]],
+) -> None:
     """The middle of the rows of each value, and the band that 80 % of them are in."""
     look, values = picture.look, np.unique(x)
     places = _axis(axes.xaxis, values)
     at = places[np.searchsorted(values, x)]
     words, known = values.dtype.kind in "Ub", ~np.isnan(figures)
-    if len(x) < CROWD * len(values):
-        axes.plot(at, figures, "o", markersize=3, color=look.blue)
-    else:
-        groups = [figures[(at == place) & known] for place in places]
+    sparse = len(x) < CROWD * len(values) * len(series)
+    for (label, rows), (colour, _) in zip(series, look.cycle, strict=False):
+        if sparse:
+            axes.plot(at[rows], figures[rows], "o", markersize=3, color=colour, label=label)
+            continue
+        groups = [figures[(at == place) & known & rows] for place in places]
         kept = np.array([len(group) > 0 for group in groups])
-        low, middle, high = np.array([np.quantile(it, ENDS) for it in groups if len(it)]).T
-        label = "10 to 90 %"
+        some = [np.quantile(it, ENDS) for it in groups if len(it)]
+        low, middle, high = np.reshape(some, (-1, len(ENDS))).T
+        label = label and f"{label}, "
         if words:
-            spread = (middle - low, high - middle)
             axes.errorbar(
-                places[kept], middle, spread, fmt="o", markersize=4, capsize=3, linewidth=1.0,
-                color=look.blue, label=f"median, {label}",
+                places[kept], middle, (middle - low, high - middle), fmt="o", markersize=4,
+                capsize=3, linewidth=1.0, color=colour, label=f"{label}median, 10 to 90 %",
             )  # fmt: skip
         else:
             axes.fill_between(
-                places[kept], low, high, color=look.blue, alpha=0.25, linewidth=0, label=label
-            )
-            axes.plot(places[kept], middle, color=look.blue, linewidth=1.4, label="median")
-        handles, labels = axes.get_legend_handles_labels()
+                places[kept], low, high, color=colour, alpha=0.25, linewidth=0,
+                label="10 to 90 %" if rows is series[0][1] else None,
+            )  # fmt: skip
+            axes.plot(places[kept], middle, color=colour, linewidth=1.4, label=f"{label}median")
+    handles, labels = axes.get_legend_handles_labels()
+    if any(labels):
         picture.explain(dict(zip(labels, handles, strict=True)))
     if _decades(figures[known]):
         axes.set_yscale("log")

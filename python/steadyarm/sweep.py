@@ -186,8 +186,9 @@ class Sweep:
         """Draw a figure over one input, or over two.
 
         Over one (``x``): the median of all rows of each value, and the band from 10 to 90 % of
-        them; rows differ by seed and by the inputs that are not drawn. Over two (``x`` and ``y``):
-        a map of the medians. Where the points are no grid, every row is drawn by itself. Rows that
+        them; rows differ by seed and by the inputs that are not drawn, but an input in words, such
+        as a controller, has a band for each of its values, up to six. Over two (``x`` and ``y``): a
+        map of the medians. Where the points are no grid, every row is drawn by itself. Rows that
         did not finish are marked. Needs matplotlib.
 
         Parameters

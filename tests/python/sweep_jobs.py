@@ -72,6 +72,11 @@ def of_two(left: float, right: str) -> dict[str, float]:
     return {"error": 10.0**left}
 
 
+def by_word(number: float, word: str, seed: int) -> dict[str, float]:
+    """Far larger for one of the words."""
+    return {"error": number + seed + (100.0 if word == "b" else 0.0)}
+
+
 def named(word: Any) -> dict[str, Any]:
     """A figure, whatever the input."""
     return {"y": 1.0}

@@ -477,6 +477,14 @@ def test_pictures_show_the_medians_of_what_finished(tmp_path: Path) -> None:
             found.plot(**given)
 
 
+def test_an_input_in_words_has_a_band_for_each_value(tmp_path: Path) -> None:
+    over = {"number": [1.0, 2.0], "word": ["a", "b"]}
+    found = sa.sweep(jobs.by_word, over, seeds=3, out=tmp_path)
+    lines = {line.get_label(): line.get_ydata().tolist() for line in found.plot().axes[0].lines}
+    assert lines["word a, median"] == [2.0, 3.0]
+    assert lines["word b, median"] == [102.0, 103.0]
+
+
 def test_points_that_are_no_grid_are_drawn_one_by_one(tmp_path: Path) -> None:
     cube = sa.LatinHypercube(20, {"a": (4.0, 5.0), "b": (1.0, 2.0)})
     found = sa.sweep(jobs.product, cube, out=tmp_path)
