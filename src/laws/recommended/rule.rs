@@ -343,8 +343,9 @@ fn learning<const N: usize>(gains: &mut LearningGains<N>, posed: &[Posed<N>]) ->
         }
         gains.learning *= SLOWER;
     }
-    let wanted = "a narrower range: what is learnt might not converge";
-    Err(Error::out_of_range("inertia_range", f64::NAN, wanted))
+    let wanted = "a faster loop, a shorter delay, or less payload or inertia_range to reach over: \
+                  what is learnt might not converge";
+    Err(Error::out_of_range("loop_rate", 1.0 / gains.control_period, wanted))
 }
 
 fn worst<const N: usize>(gains: &LearningGains<N>, posed: &[Posed<N>]) -> Result<f64> {
