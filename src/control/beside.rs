@@ -1,7 +1,6 @@
 //! A law that only `laws` knows, and what goes with it, as one of eight that stand side by side.
 
 use core::any::Any;
-use core::fmt::Debug;
 use std::boxed::Box;
 
 use pulp::Arch;
@@ -24,7 +23,7 @@ pub(crate) type Put<const N: usize> =
     fn([Beliefs<'_, N>; LANES], [OwnSide<'_, N>; LANES]) -> Option<Box<dyn Asks<N>>>;
 
 /// Laws with what compensates, of eight runs side by side.
-pub(crate) trait Asks<const N: usize>: Debug {
+pub(crate) trait Asks<const N: usize> {
     /// Asks for torques, for what the laws see; and ρ̂.
     fn ask(
         &mut self,

@@ -62,6 +62,7 @@ impl Error {
     }
 
     /// [`Problem::NotGiven`].
+    #[cfg(feature = "std")]
     pub(crate) const fn not_given(parameter: &'static str, wanted: &'static str) -> Self {
         Self::new(parameter, Problem::NotGiven { wanted })
     }

@@ -5,7 +5,8 @@
 //! goes with it: `features` says what a torque is made of, `estimate` gives it for a sample,
 //! `learning` takes a row a period to `regression`, which learns how much of each; `memory` is what
 //! is remembered, `saved` writes it. `rule` chooses the `gains`: `frozen_loop` has the roots of the
-//! sampled loop, `condition` whether what is learnt converges.
+//! sampled loop, `condition` whether what is learnt converges. `abreast/` has eight of these
+//! controllers side by side.
 
 #[cfg(feature = "std")]
 mod abreast;
