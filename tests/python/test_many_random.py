@@ -62,15 +62,16 @@ LAWS: dict[str, Tracker] = {
     "disturbance observer": lambda _, arm, p: sa.laws.disturbance_observer(arm, bandwidth=p),
     "momentum observer": lambda _, arm, p: sa.laws.momentum_observer(arm, bandwidth=p),
     "slotine_li": lambda _, arm, p: sa.laws.slotine_li(arm, bandwidth=p),
-    "recommended": lambda _, arm, __: recommended(arm),
+    "recommended": lambda rng, arm, _: recommended(rng, arm),
     "h infinity": lambda _, arm, p: sa.laws.h_infinity(arm, bandwidth=p),
 }
 
 
-def recommended(arm: Any) -> Any:
+def recommended(rng: Random, arm: Any) -> Any:
     """Return the recommended controller, for a loop at 1 kHz."""
     loads = {} if isinstance(arm, sa.TwoLink) else {"payload": 2.0}
-    options: dict[str, Any] = {"residual": False, "light_joints": True}
+    residual = bool(rng.random() < 0.5) if isinstance(arm, sa.TwoLink) else False
+    options: dict[str, Any] = {"residual": residual, "light_joints": True}
     return sa.recommended(arm, effort_limit=60.0, **loads, **options)
 
 

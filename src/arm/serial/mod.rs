@@ -59,9 +59,12 @@ const PROBES: usize = 4;
 /// rounding.
 const NEGLIGIBLE: f64 = 1e-13;
 
-/// Up to this many joints arms go side by side.
+/// Up to this many joints arms go side by side. Kernels are compiled for every number of joints,
+/// and those for two more would be nearly as much again.
 #[cfg(feature = "std")]
-pub(crate) const MAX_ABREAST: usize = SHORT;
+pub(crate) const MAX_ABREAST: usize = 8;
+#[cfg(feature = "std")]
+const _: () = assert!(MAX_ABREAST <= SHORT, "side by side M is factored");
 
 /// Up to this many joints M is factored. Beyond, articulated bodies are used, whose cost grows with
 /// N and not with N³. Factoring is faster at 7 joints; where that ends has not been measured.

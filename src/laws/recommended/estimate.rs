@@ -87,7 +87,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
         Vector::from_fn(|n, _| {
             let own = &theta[K + n * self.features.shape.own()..][..self.features.shape.own()];
             let rubbed = own.iter().zip(friction(dq[n])).map(|(a, b)| a * b).sum::<f64>();
-            let placed = own[FRICTION..].iter().zip(&columns[N * K..]);
+            let placed = own[FRICTION..].iter().zip(&columns[self.features.shape.places()]);
             let inertial = &columns[self.features.shape.acting(n)];
             let first = K - inertial.len();
             let moved = inertial.iter().zip(&theta[first..]).map(|(a, b)| a * b).sum::<f64>();
@@ -164,7 +164,7 @@ where
         let new = state.periods == 0
             && state.filtered == Filtered::of(0.0)
             && columns.iter().all(|column| *column == 0.0);
-        if !new || state.frozen || self.features.residual.is_some() {
+        if !new || state.frozen {
             return None;
         }
         let beliefs =

@@ -35,14 +35,42 @@ pub struct Learns {
     pub residual: Option<(FuzzyBasis, Inputs)>,
 }
 
+/// A basis for what no parameter describes, and its inputs.
+#[derive(Clone, Debug)]
+pub(super) struct Residual {
+    basis: FuzzyBasis,
+    inputs: Inputs,
+}
+
+impl Residual {
+    /// Columns of a joint, the constant with them.
+    fn columns(&self) -> usize {
+        self.basis.rules() + 1
+    }
+
+    /// Scratch for [`write`](Self::write).
+    fn work(&self, joints: usize) -> usize {
+        self.inputs.len(joints) + self.basis.work_len()
+    }
+
+    /// The columns of a sample.
+    pub fn write<const N: usize>(&self, seen: &Sample<N>, columns: &mut [f64], work: &mut [f64]) {
+        let Some((last, xi)) = columns.split_last_mut() else { return };
+        let (x, work) = work.split_at_mut(self.inputs.len(N));
+        self.inputs.gather(seen, x);
+        // A sample is finite, and the lengths are right.
+        _ = self.basis.evaluate(x, work, xi);
+        *last = 1.0;
+    }
+}
+
 /// How many columns there are, and where.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Shape<const N: usize> {
     /// Inertial parameters, and the first of each joint that is learnt.
     inertial: usize,
     first: [usize; N],
-    /// Columns of the residual of a joint.
-    residuals: usize,
+    pub residual: Option<Residual>,
     /// Largest torque of each joint, over 4 [N·m].
     scale: [f64; N],
 }
@@ -57,12 +85,28 @@ impl<const N: usize> Shape<N> {
     /// Whether there are as many columns at the same places in the other.
     #[cfg(feature = "std")]
     pub fn counts_as(&self, other: &Self) -> bool {
-        Self { scale: other.scale, ..*self } == *other
+        let counts = |it: &Self| (it.inertial, it.first, it.residuals());
+        counts(self) == counts(other)
+    }
+
+    /// Columns of the residual of a joint.
+    fn residuals(&self) -> usize {
+        self.residual.as_ref().map_or(0, Residual::columns)
     }
 
     /// Columns of a joint's own.
     pub fn own(&self) -> usize {
-        FRICTION + self.residuals
+        FRICTION + self.residuals()
+    }
+
+    /// Scratch for the columns of the residual.
+    pub fn work(&self) -> usize {
+        self.residual.as_ref().map_or(0, |residual| residual.work(N))
+    }
+
+    /// Where those are in a sample's columns.
+    pub fn places(&self) -> core::ops::Range<usize> {
+        N * self.inertial..self.columns()
     }
 
     /// All parameters.
@@ -78,7 +122,7 @@ impl<const N: usize> Shape<N> {
     /// Numbers that a sample's columns take but for those of friction: `N` rows of the inertial
     /// ones, and the residual's, which all joints share.
     pub fn columns(&self) -> usize {
-        N * self.inertial + self.residuals
+        N * self.inertial + self.residuals()
     }
 
     /// The diagonal of P₀, with these entries of the inertial parameters.
@@ -112,7 +156,6 @@ pub(super) struct Features<const N: usize, const K: usize> {
     pub shape: Shape<N>,
     /// The first entries of the diagonal of P₀.
     pub inertial_prior: Vector<K>,
-    pub residual: Option<(FuzzyBasis, Inputs)>,
 }
 
 impl<const N: usize, const K: usize> Features<N, K> {
@@ -130,18 +173,11 @@ impl<const N: usize, const K: usize> Features<N, K> {
         if payload {
             first = [first[N - 1]; N];
         }
-        let residuals = residual.as_ref().map_or(0, |(basis, _)| basis.rules() + 1);
+        let residual = residual.map(|(basis, inputs)| Residual { basis, inputs });
         Self {
-            shape: Shape { inertial: K, first, residuals, scale },
+            shape: Shape { inertial: K, first, residual, scale },
             inertial_prior: inertial_prior(&arm.inertial_parameters(), A::BODIES),
-            residual,
         }
-    }
-
-    /// Scratch for [`write`](Self::write).
-    pub fn work(&self) -> usize {
-        let residual = self.residual.as_ref();
-        residual.map_or(0, |(basis, inputs)| inputs.len(N) + basis.work_len())
     }
 
     /// The diagonal of P₀.
@@ -151,11 +187,11 @@ impl<const N: usize, const K: usize> Features<N, K> {
 
     /// A number for the meaning of the columns.
     pub fn fingerprint(&self) -> u64 {
-        let Shape { first, scale, .. } = self.shape;
+        let Shape { first, scale, residual, .. } = &self.shape;
         let first = first.map(|first| first as f64);
         let prior = self.inertial_prior.iter().copied();
-        let known = fnv_of(FNV_START, prior.chain(scale).chain(first));
-        let Some((basis, inputs)) = &self.residual else { return known };
+        let known = fnv_of(FNV_START, prior.chain(*scale).chain(first));
+        let Some(Residual { basis, inputs }) = residual else { return known };
         let scales =
             inputs.signals().iter().flat_map(|(signal, scale)| [*signal as u8 as f64, *scale]);
         fnv_of(known, scales.chain([f64::from_bits(basis.fingerprint())]))
@@ -168,13 +204,8 @@ impl<const N: usize, const K: usize> Features<N, K> {
     {
         let (inertial, places) = columns.split_at_mut(N * K);
         arm.regressor_rows(&seen.desired.q, &seen.desired.dq, &seen.desired.ddq, inertial);
-        if let (Some((basis, inputs)), Some((last, xi))) = (&self.residual, places.split_last_mut())
-        {
-            let (x, work) = work.split_at_mut(inputs.len(N));
-            inputs.gather(seen, x);
-            // A sample is finite, and the lengths are right.
-            _ = basis.evaluate(x, work, xi);
-            *last = 1.0;
+        if let Some(residual) = &self.shape.residual {
+            residual.write(seen, places, work);
         }
     }
 }

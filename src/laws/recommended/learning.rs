@@ -217,7 +217,7 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
             approach(&mut inertial[acting.clone()], share, &columns[acting]);
             let own = &mut own[n * self.features.shape.own()..][..self.features.shape.own()];
             approach(own, share, &friction(velocity[n]));
-            approach(&mut own[FRICTION..], share, &columns[N * K..]);
+            approach(&mut own[FRICTION..], share, &columns[self.features.shape.places()]);
         }
     }
 }

@@ -176,10 +176,10 @@ impl<const N: usize, const K: usize, A: Parametric<N, K>> LearnedTorque<N, K, A>
 
     /// Of θ, P, a gain, LP[Φ] in two parts, columns, scratch.
     fn sizes(&self) -> [usize; 7] {
-        let (it, work) = (&self.features.shape, self.features.work());
+        let it = &self.features.shape;
         let (stride, rows) = (it.stride(), it.parameters());
         let turns = self.gains.delay + 1;
-        [stride, stride * rows, stride, N * K, N * it.own(), turns * it.columns(), work]
+        [stride, stride * rows, stride, N * K, N * it.own(), turns * it.columns(), it.work()]
     }
 
     pub(super) fn parts<'s>(&self, mut rest: &'s mut [f64]) -> Parts<'s> {

@@ -146,13 +146,18 @@ impl<const N: usize> LearnedAbreast<N> {
         let mut learned = *dq;
         for n in 0..N {
             let [first, own] = shape.first(n);
-            let rubbed = sum((simd, part), &theta[own..], &friction(dq[n]));
-            let acting = columns[shape.acting(n)].iter().zip(&theta[first..]);
-            let mut moved = dq[n].like(0.0);
-            for (column, theta) in acting {
+            let (zero, own) = (dq[n].like(0.0), &theta[own..][..shape.own()]);
+            let [mut moved, mut rubbed, mut placed] = [zero; 3];
+            for (column, theta) in columns[shape.acting(n)].iter().zip(&theta[first..]) {
                 moved += column.load(simd, part) * theta.load(simd, part);
             }
-            learned[n] = moved + rubbed;
+            for (theta, column) in own.iter().zip(friction(dq[n])) {
+                rubbed += theta.load(simd, part) * column;
+            }
+            for (theta, column) in own[FRICTION..].iter().zip(&columns[shape.places()]) {
+                placed += theta.load(simd, part) * column.load(simd, part);
+            }
+            learned[n] = moved + rubbed + placed;
         }
         learned
     }
@@ -167,24 +172,13 @@ impl<const N: usize> LearnedAbreast<N> {
             for (y, x) in inertial[acting.clone()].iter_mut().zip(&columns[acting]) {
                 nearer(y.load(simd, part), share, x.load(simd, part)).store(y, part);
             }
-            let own = own[n * FRICTION..].iter_mut();
-            for (y, x) in own.zip(friction(moving[n].load(simd, part))) {
+            let own = &mut own[n * shape.own()..][..shape.own()];
+            for (y, x) in own.iter_mut().zip(friction(moving[n].load(simd, part))) {
                 nearer(y.load(simd, part), share, x).store(y, part);
+            }
+            for (y, x) in own[FRICTION..].iter_mut().zip(&columns[shape.places()]) {
+                nearer(y.load(simd, part), share, x.load(simd, part)).store(y, part);
             }
         }
     }
-}
-
-/// Σ θ x.
-#[inline(always)]
-fn sum<S: Simd>(
-    (simd, part): (S, usize),
-    theta: &[Abreast],
-    columns: &[Register<S>],
-) -> Register<S> {
-    let mut sum = columns[0].like(0.0);
-    for (theta, column) in theta.iter().zip(columns) {
-        sum += theta.load(simd, part) * *column;
-    }
-    sum
 }

@@ -13,7 +13,6 @@ use pulp::Arch;
 
 use self::kernels::{Ask, Observe, Take};
 use self::numbers::{LearnedAbreast, Learnt, Shares, regression};
-use super::features::FRICTION;
 use super::learning::{forgotten, tells};
 use crate::control::{Asks, Beliefs, Demand, OwnSide, Sample};
 use crate::math::{Abreast, LANES, Vector, in_lanes};
@@ -46,7 +45,8 @@ impl<const N: usize> LearnedAbreast<N> {
                 filtered.since = 0.0;
                 continue;
             }
-            let (inertial, own) = (&inertial[shape.acting(n)], &own[n * FRICTION..][..FRICTION]);
+            let own = &own[n * shape.own()..][..shape.own()];
+            let inertial = &inertial[shape.acting(n)];
             for (i, Learnt { memory, row, .. }) in learnt.iter_mut().enumerate() {
                 if !tells(filtered.rest[n].0[i], filtered.astray.0[i]) {
                     continue;
@@ -72,12 +72,21 @@ impl<const N: usize> Asks<N> for LearnedAbreast<N> {
         asked: (&mut Demand<N, Abreast>, &mut Vector<N, Abreast>),
     ) {
         let turn = self.turn(self.periods);
-        let Self { arm, weight, columns, shape, .. } = self;
+        let Self { arm, weight, columns, shape, residuals, room, .. } = self;
         let Setpoint { q, dq, ddq } = &seen.desired;
         arm.find(arch, (q, dq));
         weight.find_mass(arch, q);
         let columns = &mut columns[turn * shape.columns()..][..shape.columns()];
         arm.write_regressor(arch, [q, dq, ddq], columns);
+        if let Some(residuals) = residuals {
+            let [own, work] = room;
+            for (i, residual) in residuals.iter().enumerate() {
+                residual.write(&seen.lane(i), own, work);
+                for (to, column) in columns[shape.places()].iter_mut().zip(&*own) {
+                    to.0[i] = *column;
+                }
+            }
+        }
         in_lanes(arch, Ask { turn, seen, it: self, asked });
     }
 

@@ -5,7 +5,7 @@ use std::vec::Vec;
 use crate::arm::ModelsAbreast;
 use crate::control::{Beliefs, MAX_DELAY, OwnSide};
 use crate::fuzzy::Memory;
-use crate::laws::recommended::features::Shape;
+use crate::laws::recommended::features::{Residual, Shape};
 use crate::laws::recommended::gains::LearningGains;
 use crate::laws::recommended::learning::{FRICTION_CUT_OFF, Turns, filter};
 use crate::laws::recommended::memory::{Decided, Filtered, Now};
@@ -31,6 +31,9 @@ pub(crate) struct LearnedAbreast<const N: usize> {
     pub inertial: Vec<Abreast>,
     pub own: Vec<Abreast>,
     pub columns: Vec<Abreast>,
+    /// The bases of the residuals, if there are any, with room for a sample's columns of one.
+    pub residuals: Option<[Residual; LANES]>,
+    pub room: [Vec<f64>; 2],
     pub learnt: [Learnt; LANES],
     pub filtered: Filtered<N, Abreast>,
     pub decided: [Decided<N, Abreast>; MAX_DELAY + 1],
@@ -75,6 +78,7 @@ impl<const N: usize> LearnedAbreast<N> {
             *pulls[i] == gains[i].pull
                 && laws[i].arms == arms[i]
                 && shapes[i].counts_as(shapes[0])
+                && shapes[i].work() == shapes[0].work()
                 && gains[i].delay == gains[0].delay
                 && gains[i].control_period == gains[0].control_period
                 && arms[i][0].is_named_as(&arms[0][0])
@@ -82,7 +86,7 @@ impl<const N: usize> LearnedAbreast<N> {
         if !alike {
             return None;
         }
-        let shape = *shapes[0];
+        let shape = shapes[0].clone();
         let (own, columns) = (N * shape.own(), shape.columns());
         let learnt = core::array::from_fn(|i| Learnt::of(&each[i], shapes[i]));
         let theta = &each.map(|side| side.known[0]);
@@ -92,7 +96,6 @@ impl<const N: usize> LearnedAbreast<N> {
                 braking: core::array::from_fn(|n| Abreast::of(pulls, |it| it.braking[n])),
             },
             gains: gains.map(|gains| *gains),
-            shape,
             turns: Turns::new(N, gains[0].control_period),
             periods: 0,
             arm: ModelsAbreast::of(arms.map(|[arm, _]| arm))?,
@@ -102,6 +105,9 @@ impl<const N: usize> LearnedAbreast<N> {
             inertial: std::vec![zero; N * shape.inertial()],
             own: std::vec![zero; own],
             columns: std::vec![zero; (gains[0].delay + 1) * columns],
+            residuals: none_missing(shapes.map(|shape| shape.residual.as_ref()))
+                .map(|each| each.map(Residual::clone)),
+            room: [std::vec![0.0; shape.places().len()], std::vec![0.0; shape.work()]],
             learnt,
             filtered: Filtered::of(zero),
             decided: [Decided::nothing(zero); MAX_DELAY + 1],
@@ -110,6 +116,7 @@ impl<const N: usize> LearnedAbreast<N> {
             moving: zeros,
             rubbed: [zeros; 2],
             wanted: zeros,
+            shape,
         })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::arm::Parametric;
+use crate::control::Inputs;
 use crate::laws::{FeedForward, LearnedTorque, LearnedTorqueState, LearningGains, Learns, Pull};
 
 /// Gains that are about right for these arms.
@@ -54,15 +55,14 @@ fn learns_on<const N: usize, const K: usize, A: Parametric<N, K> + Clone>(
 fn goes<const N: usize, const K: usize, A: Parametric<N, K> + Clone>(
     plants: &[Plant<N, A, Push<N>>; LANES],
     believed: &A,
-    payload_only: bool,
+    learns: &Learns,
 ) {
     let weight = believed.burdened(1.5, 0.0).unwrap();
     for (period, delay, limit) in [(1e-3, 0, f64::INFINITY), (1e-3, 2, 150.0), (4e-3, 1, 130.0)] {
         let gains = gains(period, delay);
         let law = FeedForward::new(believed.clone(), weight.clone(), gains.pull).unwrap();
-        let learns = Learns { payload_only, residual: None };
         let (arm, weight) = (believed.clone(), weight.clone());
-        let learned = LearnedTorque::new(arm, weight, gains, [90.0; N], learns).unwrap();
+        let learned = LearnedTorque::new(arm, weight, gains, [90.0; N], learns.clone()).unwrap();
         let state = State::new(learned.state());
         let limits = Limits { effort_limit: [limit; N], ..Limits::default() };
         let front =
@@ -97,11 +97,16 @@ fn goes<const N: usize, const K: usize, A: Parametric<N, K> + Clone>(
 fn recommended_controllers_go_side_by_side() {
     let smooth = Friction { viscous: [0.4, 0.2], coulomb: [0.5, 0.1], smoothing: [0.2, 0.1] };
     let plants = core::array::from_fn(|i| pushed(two_link(5.0 + i as f64, smooth)));
-    goes(&plants, &two_link(4.0, Friction::default()), false);
-    goes(&plants, &two_link(4.0, smooth), false);
+    let axis = Axis { centers: &[-1.0, -0.5, 0.0, 0.5, 1.0], widths: &[0.6] };
+    let basis = FuzzyBasis::new(Form::Concat, false, &[axis; 6]).unwrap();
+    let residual = Some((basis, Inputs::trajectory()));
+    let links = &Learns::default();
+    goes(&plants, &two_link(4.0, Friction::default()), links);
+    goes(&plants, &two_link(4.0, smooth), &Learns { residual, payload_only: false });
     let rubs =
         JointFriction { viscous: 0.5, coulomb: [0.3, 0.2], smoothing: 0.2, ..Default::default() };
     let plants = core::array::from_fn(|i| pushed(chain::<4>(0.2 * i as f64, rubs)));
-    goes(&plants, &chain(0.5, rubs), false);
-    goes(&plants, &chain(0.5, JointFriction::default()), true);
+    goes(&plants, &chain(0.5, rubs), links);
+    let payload = Learns { payload_only: true, residual: None };
+    goes(&plants, &chain(0.5, JointFriction::default()), &payload);
 }
