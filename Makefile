@@ -89,7 +89,7 @@ reliability: $(VENV)/wheel $(VENV)/tools
 test-python: $(VENV)/wheel $(VENV)/tools
 	$(BIN)/python -m mypy
 	cd tests/python && ../../$(BIN)/python -m mypy.stubtest steadyarm --allowlist stubtest-allowlist.txt
-	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=loadfile .
+	cd tests/python && ../../$(BIN)/python -m pytest -c ../../pyproject.toml --numprocesses=2 --dist=loadfile --no-loadscope-reorder .
 
 # All programs run, even if a claim falls short.
 bench: $(VENV)/wheel $(VENV)/peers
