@@ -340,6 +340,9 @@ impl<const N: usize, L: Law<N>, C> Controller<N, L, C> {
         q: &Vector<N>,
         command: &mut Command<N>,
     ) -> View<N> {
+        if self.front.bumpless.is_none() {
+            return view;
+        }
         let before = state.last_tau.unwrap_or_else(|| self.law.resting_torque(q));
         let asked = command.model + command.compensation;
         self.front.cushion(&mut view, &before, &asked, &mut command.model);

@@ -98,7 +98,7 @@ pub(super) fn unless_limited<const N: usize, T: Real>(
 
 /// The nearest torque that an arm can have.
 #[inline(always)]
-pub(super) fn possible<const N: usize, T: Real>(tau: &Vector<N, T>) -> Vector<N, T> {
+pub(crate) fn possible<const N: usize, T: Real>(tau: &Vector<N, T>) -> Vector<N, T> {
     let mut possible = *tau;
     for n in 0..N {
         possible[n] = bound(tau[n], tau[n].like(-IMPOSSIBLE), tau[n].like(IMPOSSIBLE));

@@ -79,6 +79,7 @@ pub use law::{Applied, Demand, Law};
 pub use learns::{Learns, Moved};
 pub(crate) use learns::{missed, pushed};
 pub use limits::Limits;
+pub(crate) use limits::possible;
 pub use sample::Sample;
 pub use saved::{Origin, Saves};
 pub use single::{Single, SingleState};

@@ -7,10 +7,10 @@ use super::features::{FRICTION, WIDTHS, friction};
 use super::gains::{LearningGains, QUICKEST};
 use super::learned_torque::LearnedTorque;
 use super::learning::{FAR, filter};
-use super::memory::{Decided, Filtered, LearnedTorqueState, MOST, Now, Parts};
+use super::memory::{Decided, Filtered, LearnedTorqueState, Now, Parts};
 use super::pull::Pull;
 use crate::arm::{Factor, Parametric};
-use crate::control::{Applied, Audit, Channel, Compensator, Sample, Stage, Width};
+use crate::control::{Applied, Audit, Channel, Compensator, Sample, Stage, Width, possible};
 #[cfg(feature = "std")]
 use crate::control::{Beliefs, Learns, OwnSide};
 use crate::error::{Result, finite};
@@ -130,7 +130,7 @@ where
         _: &Sample<N>,
         applied: &Applied<N>,
     ) {
-        state.now.cut = (applied.tau - applied.asked).map(|cut| cut.clamp(-MOST, MOST));
+        state.now.cut = possible(&(applied.tau - applied.asked));
     }
 
     fn advance(&self, state: &mut LearnedTorqueState<N, B>, end: &Stage<'_>) -> Result<()> {

@@ -8,9 +8,6 @@ use crate::error::Result;
 use crate::fuzzy::{Buffer, Memory};
 use crate::math::{Matrix, Vector, column};
 
-/// No limit cuts more of a torque [N·m].
-pub(super) const MOST: f64 = 1e10;
-
 /// What it remembers.
 #[derive(Clone, Debug)]
 pub struct LearnedTorqueState<const N: usize, B: Buffer> {

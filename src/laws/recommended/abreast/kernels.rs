@@ -3,10 +3,10 @@
 use pulp::{Simd, WithSimd};
 
 use super::numbers::LearnedAbreast;
-use crate::control::{Demand, Sample};
+use crate::control::{Demand, Sample, possible};
 use crate::laws::recommended::features::{FRICTION, friction};
 use crate::laws::recommended::learning::nearer;
-use crate::laws::recommended::memory::{Decided, MOST, Now};
+use crate::laws::recommended::memory::{Decided, Now};
 use crate::math::{Abreast, Load, Real, Register, Vector, product, store};
 
 /// Asks for torques, and ρ̂, with the columns of this turn.
@@ -63,13 +63,12 @@ impl<const N: usize> WithSimd for Observe<'_, N> {
         for part in 0..Register::<S>::PARTS {
             let (asked, applied) = (asked.load(simd, part), applied.load(simd, part));
             let (mut now, mut infinite) = (it.now.load(simd, part), lost.load(simd, part));
-            let (zero, most) = (infinite.like(0.0), infinite.like(MOST));
+            let (zero, mut cut) = (infinite.like(0.0), applied);
             for n in 0..N {
-                let cut = applied[n] - asked[n];
-                let cut = cut.if_less(-most, -most, most.if_less(cut, most, cut));
-                now.cut[n] = cut;
+                cut[n] -= asked[n];
                 infinite += now.decided.torque[n] * zero;
             }
+            now.cut = possible(&cut);
             let mut acted = Decided::nothing(zero);
             if let Some(turn) = acting {
                 acted = it.decided[turn].load(simd, part);
