@@ -1497,14 +1497,19 @@ def desired_motion(
 def design(
     tracker: ComputedTorque,
     control_period: float,
-    delay: int,
+    delay: int | None,
+    velocity_filter: float | None,
     disturbance: ArrayLike | None,
     inertia_ratio: float,
     path: Curve | _ReferenceCallable | None,
     plant: Plant | None,
     duration: float | None,
 ) -> dict[str, Any]:
-    """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict."""
+    """Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict.
+
+    ``delay``: None is what the tracker knows of. ``velocity_filter``: of the loop, where the
+    tracker has none [Hz].
+    """
 
 def choices(
     tracker: Controller | Guard,

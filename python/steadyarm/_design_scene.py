@@ -85,7 +85,14 @@ class Judgement:
         trackers = {it.name: self._tracker(it.name) for it in self.judged if it.refusal is None}
         scene, period = self.scene, PERIOD if self.period is None else self.period
         return {
-            name: design(tracker, period, self.delay, path=scene.reference, plant=scene.plant)
+            name: design(
+                tracker,
+                period,
+                self.delay,
+                path=scene.reference,
+                plant=scene.plant,
+                effects=scene.effects,
+            )
             for name, tracker in trackers.items()
             if tracker is not None
         }
@@ -133,11 +140,13 @@ class Judgement:
         settings = dict(given["compensator"])
         basis = _core.FuzzyBasis(**settings.pop("basis"))
         compensator = _core.FuzzyCompensator(basis, **settings)
-        arm = self.scene.nominal
-        if "bandwidth" not in given:
-            return _core.ComputedTorque(arm, given["kp"], given["kv"], compensator)
-        bandwidth = np.asarray(given["bandwidth"], dtype=float)
-        return _core.ComputedTorque(arm, bandwidth**2, 2.0 * bandwidth, compensator)
+        arm, cut_off = self.scene.nominal, self.scene.front.get("velocity_filter")
+        if "bandwidth" in given:
+            bandwidth = np.asarray(given["bandwidth"], dtype=float)
+            gains = bandwidth**2, 2.0 * bandwidth
+        else:
+            gains = given["kp"], given["kv"]
+        return _core.ComputedTorque(arm, *gains, compensator, velocity_filter=cut_off)
 
     def words(self) -> str:
         """The report."""
@@ -148,7 +157,7 @@ class Judgement:
         lines = [f"scenario    {self.scene.title}", f"loop        {loop}", ""]
         lines += [it.line() for it in self.judged]
         for name, report in self.reports.items():
-            along = "along the path of the scenario, without hand-over and filters"
+            along = "along the path of the scenario, without hand-over"
             lines += [f"\n{name}, {along}", str(report)]
         return lines
 

@@ -23,7 +23,8 @@ Array = NDArray[np.float64]
 class LinearModel(NamedTuple):
     """The closed loop of a joint, ẋ = A x + B ρ and e = C x + D ρ, from ρ [rad/s²] to e [rad].
 
-    x is [e, ė, ρ̂]; [e, ė] without a compensator. What the model leaves out is ρ, positive as in
+    x is [e, ė, ρ̂]; [e, ė] without a compensator. Through a velocity filter the velocity that the
+    law has comes last. What the model leaves out is ρ, positive as in
     `Run.rho`. ``control.ss(*model)`` and ``scipy.signal.StateSpace(*model)`` take it.
     """
 
@@ -75,13 +76,20 @@ class DesignReport:
     damping: Array
     """kv M₀ⱼⱼ [N·m·s/rad], likewise."""
     poles: NDArray[np.complex128]
-    """Poles of the linear model (n, 3) [1/s]; the integrator's is 0 without a compensator."""
+    """Poles of the linear model [1/s], (n, 3), and (n, 4) through a velocity filter; the one of the
+    integrator is 0 without a compensator."""
     kp: Array
     """Feedback on position [1/s²]."""
     kv: Array
     """Feedback on velocity [1/s]."""
     leak_rate: float | None
     """Of the compensator [1/s]; None without one."""
+    inertia_ratio: Array
+    """Believed over true inertia; along a path the mean."""
+    delay: int
+    """Samples from measurement to torque."""
+    velocity_filter: float | None
+    """Cut-off of the filter that makes velocities of positions [Hz]; None: they are measured."""
     findings: tuple[str, ...]
     """What to know before going ahead, in words."""
     sound: bool
@@ -124,21 +132,24 @@ class DesignReport:
         ValueError for a joint that is not there, and where the loop cannot be known without a path.
         """
         n = chosen_one(joint, self.joint_names or numbered(len(self.p11)))
-        poles, kp, kv = self.poles[n], self.kp[n], self.kv[n]
-        if np.isnan(poles).any():
+        kp, kv = self.kp[n], self.kv[n]
+        if np.isnan(self.poles[n]).any():
             raise ValueError(
                 f"joint: the loop of {joint!r} is not known without a path; give path="
             )
-        leak_rate = self.leak_rate or 0.0
-        # The sum of the poles is -(G kv + λ): all else is in the report.
-        ratio = (-float(poles.sum().real) - leak_rate) / kv
-        A = np.array([[0.0, 1.0, 0.0], [-ratio * kp, -ratio * kv, -ratio], [0.0, 0.0, -leak_rate]])
-        B, C = np.array([[0.0], [ratio], [0.0]]), np.array([[1.0, 0.0, 0.0]])
-        order = 2
+        ratio, learns, filtered = float(self.inertia_ratio[n]), self.leak_rate is not None, False
+        A, rate = np.zeros((4, 4)), 1
+        if self.velocity_filter is not None:
+            cut_off, filtered, rate = 2.0 * np.pi * self.velocity_filter, True, 3
+            A[3, 1], A[3, 3] = cut_off, -cut_off
+        A[0, 1] = 1.0
+        A[1, [0, rate, 2]] = -ratio * kp, -ratio * kv, -ratio
         if self.leak_rate is not None:
-            A[2, :2] = self.k_i[n] * self.p12[n], self.k_i[n] * self.p22[n]
-            order = 3
-        return LinearModel(A[:order, :order], B[:order], C[:, :order], np.zeros((1, 1)))
+            drive = self.k_i[n] * np.array([self.p12[n], self.p22[n]])
+            A[2, [0, rate, 2]] = *drive, -self.leak_rate
+        kept = np.flatnonzero([True, True, learns, filtered])
+        B, C = np.array([[0.0], [ratio], [0.0], [0.0]]), np.array([[1.0, 0.0, 0.0, 0.0]])
+        return LinearModel(A[np.ix_(kept, kept)], B[kept], C[:, kept], np.zeros((1, 1)))
 
     def __str__(self) -> str:
         head = " " * 35 + "".join(f"{f'joint {n + 1}':>13}" for n in range(len(self.p11)))
@@ -219,23 +230,24 @@ def _pole(z: complex) -> str:
 def design(
     tracker: _core.ComputedTorque,
     control_period: float = 1e-3,
-    delay: int = 0,
+    delay: int | None = None,
     disturbance: Sequence[tuple[float, float]] | None = None,
     inertia_ratio: float | None = None,
     *,
     path: Path | None = None,
     plant: _core.Plant | None = None,
     duration: float | None = None,
+    effects: _core.Effects | None = None,
 ) -> DesignReport:
     """Report what a controller will do, with a compensator or without.
 
-    The figures are those of a linear model, with the leak and the normalisation in it; ``left_out``
-    says what is not. Along a ``path`` it is the sampled loop of all joints, with the arms
-    linearised at 64 points of it and the rules as they fire there; otherwise each joint by itself,
-    with the rules at the error 0. Where the rules see where the arm is (inputs "state",
-    "reference", "trajectory"), a path is needed: without one there is no verdict. With a path the
-    report says too what it can teach, as `learnable` does, and how the sets cover it;
-    `centers_for` makes sets that do.
+    The figures are those of a linear model, with the leak, the normalisation, the delay and the
+    velocity filter in it; ``left_out`` says what is not. Along a ``path`` it is the sampled loop of
+    all joints, with the arms linearised at 64 points of it and the rules as they fire there;
+    otherwise each joint by itself, with the rules at the error 0. Where the rules see where the arm
+    is (inputs "state", "reference", "trajectory"), a path is needed: without one there is no
+    verdict. With a path the report says too what it can teach, as `learnable` does, and how the
+    sets cover it; `centers_for` makes sets that do.
 
     A control period above three quarters of the longest stable one is refused, one above a third of
     it is warned of.
@@ -244,7 +256,8 @@ def design(
     ----------
     tracker: a `ComputedTorque`.
     control_period: of the control loop [s].
-    delay: samples from measurement to torque, at most 8.
+    delay: samples from measurement to torque, at most 8. None: that of ``effects``, or else what
+        the tracker knows of.
     disturbance: harmonics of ρ along the reference, (amplitude [rad/s²], frequency [rad/s]) each;
         None: what ``plant`` has along ``path``, or else 1 rad/s² at 1 rad/s.
     inertia_ratio: believed over true inertia: 1 if right, 0.5 if the arm is twice as heavy. None:
@@ -254,6 +267,8 @@ def design(
     plant: what is really there; it needs a path.
     duration: length of the path [s]. None: `Table`, `Quintic`, `Waypoints` to their ends, `Sines`
         over a period of the slowest; a callable needs it.
+    effects: of the loop, as `simulate` takes them. Their delay counts, and where the tracker has
+        no ``velocity_filter``, that of velocities made by "difference".
 
     Raises
     ------
@@ -267,9 +282,16 @@ def design(
     if path is not None:
         path, duration = reference_of(path, duration)
     ratio = 1.0 if inertia_ratio is None else inertia_ratio
+    # Another is refused below.
+    known = isinstance(tracker, _core.Controller)
+    own = arguments(tracker)["velocity_filter"] if known else None
+    sensor, left_out = (None, []) if effects is None else _sensed(effects, own)
+    if delay is None and effects is not None:
+        delay = effects.delay
     figures: dict[str, Any] = _core.design(
-        tracker, control_period, delay, disturbance, ratio, path, plant, duration
+        tracker, control_period, delay, sensor, disturbance, ratio, path, plant, duration
     )
+    figures["left_out"] += left_out
     poles = np.array([[complex(*pole) for pole in joint] for joint in figures.pop("poles")])
     for name in ("findings", "left_out", "rules_excited", "directions"):
         if figures.get(name) is not None:
@@ -281,8 +303,30 @@ def design(
         kp=tracker.kp,
         kv=tracker.kv,
         leak_rate=None if compensator is None else arguments(compensator)["leak_rate"],
+        delay=tracker.delay if delay is None else delay,
+        velocity_filter=sensor if own is None else own,
         **figures,
         learnable=teaches,
         joint_names=joint_names(tracker.arm, len(poles)),
         units=lengths(tracker.arm.joint_kinds),
     )
+
+
+SHARP = 1e6
+"""A cut-off far above the rate of any loop: a higher one is the same [Hz]."""
+
+
+def _sensed(effects: _core.Effects, own: float | None) -> tuple[float | None, list[str]]:
+    """The cut-off of the loop's velocities where the tracker makes none of its ``own`` [Hz], and
+    what of the effects is left out."""
+    if not isinstance(effects, _core.Effects):
+        raise TypeError(f"effects: got {type(effects).__name__}, wants an Effects")
+    given = arguments(effects)
+    left_out = ["effects, but for delay and velocities by difference"]
+    made = None if own is not None else given["velocity"]
+    if made in ("tracking", "kalman"):
+        left_out.append(f"what velocities by {made} lag")
+    if made != "difference":
+        return None, left_out
+    left_out.append("what the velocity lags behind dq_d (a velocity_filter sends both through it)")
+    return min(given["velocity_cutoff"], SHARP), left_out

@@ -66,6 +66,13 @@ pub enum Finding {
         /// Largest real part of its poles [1/s].
         max_real: f64,
     },
+    /// The loop would do well with measured velocities; through its filter they come too late.
+    SlowFilter {
+        /// Joint, from 0.
+        joint: usize,
+        /// Of the filter \[Hz\].
+        cut_off: f64,
+    },
     /// Q is close to the largest one with a solution.
     NarrowMargin {
         /// Joint, from 0.
@@ -257,8 +264,7 @@ impl Finding {
             }
             Self::Silent { joint } => write!(
                 f,
-                "joint {}: no rule fires where it works, so nothing is learnt: move the centres \
-                 there, or widen the sets",
+                "joint {}: no rule fires where it works: move the centres there, or widen the sets",
                 joint + 1
             ),
             Self::NarrowMargin { joint, max_scale } => write!(
@@ -288,6 +294,12 @@ impl Finding {
                 f,
                 "joint {}: unstable even in continuous time (a pole at +{max_real:.3} 1/s): lower \
                  the gain",
+                joint + 1
+            ),
+            Self::SlowFilter { joint, cut_off } => write!(
+                f,
+                "velocity_filter: {cut_off} Hz is too slow for joint {}, which would do well with \
+                 velocities that are not late: raise velocity_filter",
                 joint + 1
             ),
             Self::Overwhelmed { joint } => write!(
@@ -349,15 +361,14 @@ impl Finding {
                  wants more, and what was learnt is dropped; raise dictionary, or width, or \
                  merge_tolerance"
             ),
-            Self::OffCenters { signal, joint, runs, centers } => write!(
+            Self::OffCenters { signal, joint, runs, centers: (first, last) } => write!(
                 f,
                 "centers: the input {signal} of joint {} runs from {:.3} to {:.3}, mostly more \
-                 than 2 widths from any centre ({:.3} to {:.3}): move, scale or widen the sets",
+                 than 2 widths from any centre ({first:.3} to {last:.3}): move, scale or widen \
+                 the sets",
                 joint + 1,
                 runs.0,
-                runs.1,
-                centers.0,
-                centers.1
+                runs.1
             ),
             Self::FarStart { joint, distance } => write!(
                 f,

@@ -1,6 +1,6 @@
 //! One joint of a design, by itself: its figures, and what speaks against them.
 
-use super::{Finding, LinearModel, Subject};
+use super::{Conditions, Finding, LinearModel, Subject};
 use crate::control::{Adaptation, Gains};
 use crate::eigen::{Complex, modulus};
 use crate::error::{Error, Problem, Result};
@@ -18,6 +18,9 @@ const ROOM: f64 = 3.0;
 
 /// |ξ|² below this is no rule that fires.
 const SILENT: f64 = 1e-12;
+
+/// A control period above this share of the longest stable one is warned of.
+pub(super) const WARN: f64 = 1.0 / 3.0;
 
 /// Q closer than this to the largest admissible one is warned of.
 const Q_MARGIN: f64 = 1.1;
@@ -47,8 +50,10 @@ pub struct JointReport {
     pub max_scale: f64,
     /// k_I = gain |ξ|² / (1 + ν |ξ|²), the integral action; along a path the largest.
     pub k_i: f64,
-    /// Poles of the linear model [1/s].
-    pub poles: [Complex; 3],
+    /// Poles of the linear model [1/s]; without a velocity filter the last one is at −∞.
+    pub poles: [Complex; 4],
+    /// Nominal over true inertia: the mean of a path.
+    pub inertia_ratio: f64,
     /// Predicted steady RMS error \[rad\], without and with the compensator.
     pub rms: [f64; 2],
     /// Spectral radius of the sampled loop; it is stable below 1. Along a path, the growth per
@@ -76,8 +81,7 @@ pub(super) struct JointDesign<'a, const N: usize> {
     /// |ξ|², the largest along the path; `None` if it cannot be known, 0 without a compensator.
     pub xi_squared: Option<f64>,
     pub inertia_ratio: f64,
-    pub control_period: f64,
-    pub delay: usize,
+    pub conditions: &'a Conditions<'a>,
     /// The smallest M₀ⱼⱼ [kg·m²].
     pub mass: f64,
     /// Directions of ξ along the path, if the rules can learn there what the model leaves out.
@@ -96,6 +100,7 @@ impl<const N: usize> JointDesign<'_, N> {
             k_i,
             leak_rate: self.adaptation().leak_rate,
             inertia_ratio: self.inertia_ratio,
+            velocity_filter: self.conditions.velocity_filter,
         }
     }
 
@@ -115,6 +120,7 @@ impl<const N: usize> JointDesign<'_, N> {
         let mut report = JointReport {
             stiffness: self.gains.kp[self.joint] * self.mass,
             damping: self.gains.kv[self.joint] * self.mass,
+            inertia_ratio: self.inertia_ratio,
             ..UNKNOWN
         };
         report.rms[0] = self.rms(0.0)?;
@@ -157,24 +163,23 @@ impl<const N: usize> JointDesign<'_, N> {
         findings: &mut Vec<Finding>,
     ) -> Result<()> {
         let (joint, model) = (self.joint, self.model(k_i));
+        let Conditions { control_period, delay_samples, velocity_filter, .. } = *self.conditions;
+        let closed = Closed::new(&model, delay_samples)?;
         report.k_i = k_i;
-        report.poles = model.poles()?;
+        report.poles = closed.poles;
         report.rms[1] = self.rms(k_i)?;
-        report.sampled_radius = model.sampled_radius(self.control_period, self.delay)?;
-        report.max_period = match model.max_period(self.delay) {
-            Err(error) if matches!(error.problem(), Problem::NotHurwitz { .. }) => 0.0,
-            other => other?,
-        };
-        let max_real = report.poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
-        if max_real > 0.0 && report.max_period == 0.0 {
-            findings.push(Finding::Divergent { joint, max_real });
-            return Ok(());
+        report.sampled_radius = model.sampled_radius(control_period, delay_samples)?;
+        report.max_period = closed.max_period;
+        if closed.diverges() {
+            findings.push(Finding::Divergent { joint, max_real: closed.max_real });
+        } else if closed.damping < RINGING {
+            findings.push(Finding::Ringing { joint, damping: closed.damping });
         }
-        // Of the loop, not of the leak or an integrator at rest.
-        let moving = report.poles.iter().filter(|z| z.im != 0.0);
-        let damping = moving.map(|z| -z.re / modulus(*z)).fold(1.0, f64::min);
-        if damping < RINGING {
-            findings.push(Finding::Ringing { joint, damping });
+        if let Some(cut_off) = velocity_filter.filter(|_| closed.is_troubled(control_period)) {
+            let without = LinearModel { velocity_filter: None, ..model };
+            if !Closed::new(&without, delay_samples)?.is_troubled(control_period) {
+                findings.push(Finding::SlowFilter { joint, cut_off });
+            }
         }
         Ok(())
     }
@@ -230,9 +235,46 @@ impl<const N: usize> JointDesign<'_, N> {
             let middle = 0.5 * (low + high);
             if enough(middle)? { high = middle } else { low = middle }
         }
-        let longest = self.model(self.k_i(high).unwrap_or(0.0)).max_period(self.delay);
-        let roomy = longest.is_ok_and(|longest| longest >= ROOM * self.control_period);
+        let Conditions { control_period, delay_samples, .. } = *self.conditions;
+        let longest = self.model(self.k_i(high).unwrap_or(0.0)).max_period(delay_samples);
+        let roomy = longest.is_ok_and(|longest| longest >= ROOM * control_period);
         Ok((roomy && enough(high)?).then_some(high))
+    }
+}
+
+/// What is known of a closed loop.
+struct Closed {
+    poles: [Complex; 4],
+    /// The largest real part of them [1/s].
+    max_real: f64,
+    /// The smallest damping ratio of an oscillation, 1 if there is none.
+    damping: f64,
+    /// The longest stable period \[s\]; 0 if there is none.
+    max_period: f64,
+}
+
+impl Closed {
+    fn new(model: &LinearModel, delay_samples: usize) -> Result<Self> {
+        let poles = model.poles()?;
+        let max_period = match model.max_period(delay_samples) {
+            Err(error) if matches!(error.problem(), Problem::NotHurwitz { .. }) => 0.0,
+            other => other?,
+        };
+        let max_real = poles.iter().map(|z| z.re).fold(f64::NEG_INFINITY, f64::max);
+        // Of the loop, not of the leak or an integrator at rest.
+        let moving = poles.iter().filter(|z| z.im != 0.0);
+        let damping = moving.map(|z| -z.re / modulus(*z)).fold(1.0, f64::min);
+        Ok(Self { poles, max_real, damping, max_period })
+    }
+
+    /// Whether it is unstable in continuous time.
+    fn diverges(&self) -> bool {
+        self.max_real > 0.0 && self.max_period == 0.0
+    }
+
+    /// Whether there is something to say against it at this period.
+    fn is_troubled(&self, control_period: f64) -> bool {
+        self.damping < RINGING || control_period > WARN * self.max_period
     }
 }
 
@@ -246,7 +288,8 @@ const UNKNOWN: JointReport = JointReport {
     gamma_opt: f64::NAN,
     max_scale: f64::NAN,
     k_i: f64::NAN,
-    poles: [NONE; 3],
+    poles: [NONE; 4],
+    inertia_ratio: f64::NAN,
     rms: [f64::NAN; 2],
     sampled_radius: f64::NAN,
     max_period: f64::NAN,

@@ -9,7 +9,13 @@
 //! the reference. The part ΔM (v − q̈_d) of ρ* is feedback, not disturbance, and is what puts G
 //! before the gains.
 //!
+//! A velocity that is made of positions is ė of a filter's cut-off f ago: wherever the law has ė,
+//! the loop has r, `ṙ = 2πf (ė − r)`. From sample to sample it is the filter of
+//! [`Front`](crate::control::Front).
+//!
 //! Source: paper (8), (12), (18), linearised at e = 0.
+
+use core::f64::consts::TAU;
 
 use crate::eigen::{Complex, eigenvalues, eigenvalues_in_place, modulus};
 use crate::error::{Error, Result, at_most, finite, non_negative, positive};
@@ -18,8 +24,8 @@ use crate::math::{Matrix, exp, sqrt};
 /// The longest delay accepted, in samples.
 pub const MAX_DELAY: usize = 8;
 
-/// e, ė, ρ̂ and the commands under way.
-const STATES: usize = 3 + MAX_DELAY;
+/// e, ė, ρ̂, the commands under way, and what the filter keeps.
+const STATES: usize = 5 + MAX_DELAY;
 /// The search for the longest period starts at this share of the fastest time constant, where
 /// sampling hardly matters …
 const FIRST: f64 = 0.02;
@@ -48,18 +54,40 @@ pub struct LinearModel {
     pub leak_rate: f64,
     /// G = nominal over true inertia, > 0.
     pub inertia_ratio: f64,
+    /// Cut-off f of the filter that makes the velocity of positions \[Hz\], > 0; `None`: it is
+    /// measured.
+    pub velocity_filter: Option<f64>,
+}
+
+/// What a velocity filter, called every `h` \[s\], makes of a position: of what it had, it keeps
+/// one part, and of the new difference it takes another [1/s].
+pub(super) fn filtering(cut_off: f64, h: f64) -> (f64, f64) {
+    let kept = exp(-TAU * cut_off * h);
+    (kept, (1.0 - kept) / h)
 }
 
 impl LinearModel {
     /// The poles [1/s]: roots of
-    /// `s³ + (G k_v + λ) s² + G (k_p + k_I p22 + λ k_v) s + G (k_I p12 + λ k_p)`. Without an
-    /// integrator one of them is −λ.
+    /// `s³ + (G k_v + λ) s² + G (k_p + k_I p22 + λ k_v) s + G (k_I p12 + λ k_p)`, and with a filter
+    /// a fourth; without one that is at −∞. Without an integrator one of them is −λ.
     ///
     /// # Errors
     /// `NotFinite` or `OutOfRange` for a field, as in every method here; `NoConvergence`.
-    pub fn poles(&self) -> Result<[Complex; 3]> {
+    pub fn poles(&self) -> Result<[Complex; 4]> {
         self.check()?;
-        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g, velocity_filter } = *self;
+        if let Some(cut_off) = velocity_filter {
+            let w = TAU * cut_off;
+            // [e, ė, ρ̂, r]
+            #[rustfmt::skip]
+            let a = Matrix::<4>::new(
+                0.0,       1.0, 0.0,        0.0,
+                -g * kp,   0.0, -g,         -g * kv,
+                k_i * p12, 0.0, -leak_rate, k_i * p22,
+                0.0,       w,   0.0,        -w,
+            );
+            return eigenvalues(&a);
+        }
         // [e, ė, ρ̂]
         #[rustfmt::skip]
         let a = Matrix::<3>::new(
@@ -67,26 +95,31 @@ impl LinearModel {
             -g * kp,   -g * kv,   -g,
             k_i * p12, k_i * p22, -leak_rate,
         );
-        eigenvalues(&a)
+        let [first, second, third] = eigenvalues(&a)?;
+        Ok([first, second, third, Complex::new(f64::NEG_INFINITY, 0.0)])
     }
 
-    /// |e/ρ_d| \[s²\] at `omega` [rad/s] ≥ 0: `1 / |s²/G + k_v s + k_p + C(s)|`, s = jω, with
-    /// the integrator `C(s) = k_I (p12 + p22 s) / (s + λ)`.
+    /// |e/ρ_d| \[s²\] at `omega` [rad/s] ≥ 0: `1 / |s²/G + k_v r + k_p + C(s)|`, s = jω, with
+    /// the integrator `C(s) = k_I (p12 + p22 r) / (s + λ)` and r = s, or s / (1 + s/2πf) through
+    /// the filter.
     ///
     /// # Errors
     /// As [`Self::poles`], and for `omega`.
     pub fn gain_at(&self, omega: f64) -> Result<f64> {
         self.check()?;
         non_negative("omega", &[omega])?;
-        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
-        let mut stiffness = Complex::new(kp - omega * omega / g, kv * omega);
-        let drive = Complex::new(k_i * p12, k_i * p22 * omega);
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g, velocity_filter } = *self;
+        let through = velocity_filter.map_or(0.0, |cut_off| omega / (TAU * cut_off));
+        let rate = Complex::new(0.0, omega) / Complex::new(1.0, through);
+        let mut stiffness = rate * kv + (kp - omega * omega / g);
+        let drive = rate * (k_i * p22) + k_i * p12;
         let lag = Complex::new(leak_rate, omega);
         if lag != Complex::new(0.0, 0.0) {
             stiffness += drive / lag;
         } else if k_i * p12 > 0.0 {
             return Ok(0.0);
         } else {
+            // ω = 0: r/s is 1.
             stiffness += k_i * p22;
         }
         Ok(1.0 / modulus(stiffness))
@@ -106,8 +139,9 @@ impl LinearModel {
     ///
     /// Exact for the double integrator: `e⁺ = e + h ė + ½h² G c`, `ė⁺ = ė + h G c`, with
     /// `c = −k_v ė − k_p e − ρ̂` of d samples ago; the weights advance after the command is
-    /// computed, `ρ̂⁺ = e^(−λh) (ρ̂ + h k_I (p12 e + p22 ė))`. Stable below 1. Without an
-    /// integrator only e and ė count.
+    /// computed, `ρ̂⁺ = e^(−λh) (ρ̂ + h k_I (p12 e + p22 ė))`. Through a filter ė is there
+    /// `r⁺ = e^(−2πfh) r + (1 − e^(−2πfh)) (e − e₋)/h`. Stable below 1. An integrator that is not
+    /// driven does not count.
     ///
     /// At k_p = 8, k_v = 5.5, Q = 10I, γ = 1 and G = 1 it passes 1 at 0.364 s for k_I = 0, at 14.5
     /// ms for k_I = 700 · 0.42163, at 67 ms for 7 · 8.94112 and at 6.9 ms for 70 · 8.94112; one
@@ -130,26 +164,46 @@ impl LinearModel {
     /// As [`Self::sampled_radius`]; `NotHurwitz` if the model is unstable even without sampling.
     pub fn max_period(&self, delay_samples: usize) -> Result<f64> {
         let poles = self.poles()?;
-        // Routh, divided by G, all coefficients being positive.
-        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
-        let (second, first) = (g * kv + leak_rate, kp + k_i * p22 + leak_rate * kv);
-        if second * first <= k_i * p12 + leak_rate * kp {
+        if !self.settles() {
             let max_real = poles.iter().fold(f64::NEG_INFINITY, |most, z| most.max(z.re));
             return Err(Error::not_hurwitz("linear model", max_real));
         }
-        // The leak is exact at any period, however fast.
-        let kept = Self { leak_rate: 0.0, ..*self }.poles()?;
-        let fastest = kept.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
+        // The leak and the filter are exact at any period, however fast.
+        let kept = Self { leak_rate: 0.0, velocity_filter: None, ..*self }.poles()?;
+        let [loops @ .., _] = kept;
+        let fastest = loops.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
         let stable = |h: f64| Ok(self.sampled_radius(h, delay_samples)? < 1.0);
         let (good, bad) = bracket(FIRST / fastest, stable)?;
         bisect(good, bad, stable)
     }
 
+    /// Whether it is stable in continuous time, by Routh; all coefficients are positive.
+    fn settles(&self) -> bool {
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g, velocity_filter } = *self;
+        // Divided by G.
+        let (first, last) = (kp + k_i * p22 + leak_rate * kv, k_i * p12 + leak_rate * kp);
+        let Some(cut_off) = velocity_filter else {
+            return (g * kv + leak_rate) * first > last;
+        };
+        // An integrator that is not driven is a factor of its own.
+        if k_i * (p12 + p22) == 0.0 {
+            return true;
+        }
+        // Of s⁴ + …, divided by 2πf and, but for the third and the second, by G.
+        let lag = 1.0 / (TAU * cut_off);
+        let third = 1.0 + leak_rate * lag;
+        let second = g * (kv + kp * lag) + leak_rate;
+        let first = first + last * lag;
+        first * (third * second - g * first * lag) > third * third * last
+    }
+
     fn radius(&self, h: f64, delay: usize) -> Result<f64> {
-        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g } = *self;
+        let Self { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio: g, velocity_filter } = *self;
         let keep = exp(-leak_rate * h);
-        // [e, ė, commands under way with the oldest first, ρ̂]; ρ̂ counts only if it is driven.
-        let rho = 2 + delay;
+        // [e, ė, commands under way with the oldest first, r₋ and e₋ of a filter, ρ̂]; ρ̂ counts
+        // only if it is driven.
+        let past = 2 + delay;
+        let rho = if velocity_filter.is_some() { past + 2 } else { past };
         let n = if k_i * (p12 + p22) > 0.0 { rho + 1 } else { rho };
         let mut entries = [0.0; STATES * STATES];
         let mut add = |i: usize, j: usize, x: f64| {
@@ -160,21 +214,31 @@ impl LinearModel {
         for (i, j, x) in [(0, 0, 1.0), (0, 1, h), (1, 1, 1.0), (rho, rho, keep)] {
             add(i, j, x);
         }
-        add(rho, 0, keep * h * k_i * p12);
-        add(rho, 1, keep * h * k_i * p22);
+        // The velocity that the law has, of which states.
+        let mut rate = [(1, 1.0), (1, 0.0), (1, 0.0)];
+        if let Some(cut_off) = velocity_filter {
+            let (kept, taken) = filtering(cut_off, h);
+            rate = [(0, taken), (past, kept), (past + 1, -taken)];
+            rate.iter().for_each(|&(j, x)| add(past, j, x));
+            add(past + 1, 0, 1.0);
+        }
+        let integrates = keep * h * k_i;
+        add(rho, 0, integrates * p12);
+        rate.iter().for_each(|&(j, x)| add(rho, j, integrates * p22 * x));
         // c of this sample: applied at once, or queued behind the others.
-        for (j, c) in [(0, -kp), (1, -kv), (rho, -1.0)] {
+        let [first, second, third] = rate.map(|(j, x)| (j, -kv * x));
+        for (j, c) in [(0, -kp), first, second, third, (rho, -1.0)] {
             if delay == 0 {
                 add(0, j, 0.5 * h * h * g * c);
                 add(1, j, h * g * c);
             } else {
-                add(rho - 1, j, c);
+                add(past - 1, j, c);
             }
         }
         if delay > 0 {
             add(0, 2, 0.5 * h * h * g);
             add(1, 2, h * g);
-            (2..rho - 1).for_each(|i| add(i, i + 1, 1.0));
+            (2..past - 1).for_each(|i| add(i, i + 1, 1.0));
         }
         finite("control_period", &entries[..n * n])?;
         let mut values = [Complex::new(0.0, 0.0); STATES];
@@ -189,7 +253,8 @@ impl LinearModel {
         non_negative("p22", &[self.p22])?;
         non_negative("k_i", &[self.k_i])?;
         non_negative("leak_rate", &[self.leak_rate])?;
-        positive("inertia_ratio", &[self.inertia_ratio])
+        positive("inertia_ratio", &[self.inertia_ratio])?;
+        positive("velocity_filter", &[self.velocity_filter.unwrap_or(1.0)])
     }
 }
 

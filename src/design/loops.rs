@@ -11,6 +11,7 @@
 //! It is certain to be unstable if it grows at every size, and stable if it grows at none.
 
 use super::Subject;
+use super::conditions::Conditions;
 use super::course::Course;
 use super::excursions::Excursions;
 use super::learning::Learning;
@@ -48,21 +49,21 @@ pub(super) struct Loops {
 }
 
 impl Loops {
-    /// Along a course, for a period and a delay; `guess`: about the longest period.
+    /// Along a course, under these conditions; `guess`: about the longest period.
     pub fn new<const N: usize>(
         course: &Course<N>,
         gains: &Gains<N>,
         compensator: Option<(&dyn Subject<N>, &Learning<N>)>,
-        (control_period, delay, guess): (f64, usize, f64),
+        (conditions, guess): (&Conditions<'_>, f64),
     ) -> Result<Self> {
-        let whole = |it: Option<&_>| SampledLoop::new(course, gains, it, delay);
+        let whole = |it: Option<&_>| SampledLoop::new(course, gains, it, conditions);
         let alone = whole(None)?;
         let alone_longest = alone.max_period(guess)?;
         let Some((subject, learning)) = compensator else {
             let on_path = whole(None)?;
             return Ok(Self { alone, alone_longest, on_path, wide: None, shaken: Vec::new() });
         };
-        let errors = alone.rms(control_period.min(ALONE * alone_longest), alone_longest);
+        let errors = alone.rms(conditions.control_period.min(ALONE * alone_longest), alone_longest);
         let known = if course.measured { sqrt(2.0) } else { 0.0 };
         // Joints shake one another.
         let widest = known * errors.iter().copied().fold(0.0, f64::max);

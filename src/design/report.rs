@@ -2,8 +2,9 @@
 //! ahead.
 
 use super::choices::Choices;
+use super::conditions::Conditions;
 use super::course::Course;
-use super::joint_design::{JointDesign, JointReport};
+use super::joint_design::{JointDesign, JointReport, WARN};
 use super::learning::Learning;
 use super::loops::Loops;
 use super::spectrum::Spectrum;
@@ -13,9 +14,7 @@ use crate::control::{Adaptation, ComputedTorque, Gains, Limits, Signal};
 use crate::error::{Error, Result, at_most, not_empty, positive};
 use crate::math::Vector;
 
-/// A control period above this share of the longest stable one is warned of …
-const WARN: f64 = 1.0 / 3.0;
-/// … and above this one refused.
+/// A control period above this share of the longest stable one is refused.
 const REFUSE: f64 = 0.75;
 /// Along a path the longest period is known to 2 %: closer to it there is no margin, and no more is
 /// known.
@@ -26,28 +25,6 @@ const MOST_RMS: f64 = core::f64::consts::FRAC_1_SQRT_2;
 
 /// Poses over which the weakest stiffness and the largest gravity are looked for without a path.
 const POSES: usize = 32;
-
-/// What a design is judged for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditions<'a> {
-    /// Period of the control loop \[s\].
-    pub control_period: f64,
-    /// Samples from measurement to torque.
-    pub delay_samples: usize,
-    /// Harmonics of ρ along the reference: amplitude [rad/s²] and frequency [rad/s]. `None`: ρ_d of
-    /// the course where the plant is known, 1 rad/s² at 1 rad/s otherwise.
-    pub disturbance: Option<&'a [(f64, f64)]>,
-    /// Nominal over true inertia: 1 for a right model, 0.5 if the arm is twice as heavy as
-    /// believed. With a course its arms count instead.
-    pub inertia_ratio: f64,
-}
-
-impl Default for Conditions<'_> {
-    /// 1 kHz without delay, right inertia.
-    fn default() -> Self {
-        Self { control_period: 1e-3, delay_samples: 0, disturbance: None, inertia_ratio: 1.0 }
-    }
-}
 
 /// The report of a design.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +43,8 @@ impl<const N: usize> Report<N> {
     /// Judges a controller under these conditions, along a course if its path is known.
     ///
     /// # Errors
-    /// `control_period`, `delay_samples`, `disturbance`, `inertia_ratio`: out of range.
+    /// `control_period`, `delay_samples`, `velocity_filter`, `disturbance`, `inertia_ratio`: out of
+    /// range.
     pub fn new<A: Arm<N>>(
         law: &ComputedTorque<N, A>,
         limits: &Limits<N>,
@@ -183,11 +161,17 @@ struct Design<'a, const N: usize> {
 
 impl<const N: usize> Design<'_, N> {
     fn report(&self) -> Result<Report<N>> {
-        let Conditions { control_period, delay_samples, disturbance, inertia_ratio } =
-            *self.conditions;
+        let Conditions {
+            control_period,
+            delay_samples,
+            velocity_filter,
+            disturbance,
+            inertia_ratio,
+        } = *self.conditions;
         positive("inertia_ratio", &[inertia_ratio])?;
         positive("control_period", &[control_period])?;
         at_most("delay_samples", delay_samples, super::MAX_DELAY)?;
+        positive("velocity_filter", &[velocity_filter.unwrap_or(1.0)])?;
         not_empty("disturbance", disturbance.map_or(1, <[_]>::len))?;
         let mut findings = Vec::new();
         let learning = match (self.compensator, self.course) {
@@ -277,8 +261,7 @@ impl<const N: usize> Design<'_, N> {
             harmonics,
             xi_squared,
             inertia_ratio: self.course.map_or(self.conditions.inertia_ratio, |it| it.ratio(n)),
-            control_period: self.conditions.control_period,
-            delay: self.conditions.delay_samples,
+            conditions: self.conditions,
             mass: self.arm.mass[n],
             learns: learning.and_then(|it| it.learns(n)),
         }
@@ -292,10 +275,10 @@ impl<const N: usize> Design<'_, N> {
         joints: &mut [JointReport; N],
         weakest: usize,
     ) -> Result<Option<Finding>> {
-        let Conditions { control_period: h, delay_samples, disturbance, .. } = *self.conditions;
+        let Conditions { control_period: h, disturbance, .. } = *self.conditions;
         let guess = joints[weakest].max_period.max(1e-6);
         let compensator = self.compensator.zip(learning);
-        let loops = Loops::new(course, self.gains, compensator, (h, delay_samples, guess))?;
+        let loops = Loops::new(course, self.gains, compensator, (self.conditions, guess))?;
         let (radius, max_period) = (loops.radius(h)?, loops.max_period()?);
         let rms = [loops.alone.rms(h, loops.alone_longest), loops.on_path.rms(h, max_period)];
         let measured = course.measured && disturbance.is_none();

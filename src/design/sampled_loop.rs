@@ -1,10 +1,11 @@
 //! The sampled loop of all joints together along a path, linearised: from sample to sample
-//! `z⁺ = Φₖ z + Γₖ ρ_d`, with z = [e, ė, commands under way, ρ̂].
+//! `z⁺ = Φₖ z + Γₖ ρ_d`, with z = [e, ė, commands under way, r₋ and e₋ of a filter, ρ̂].
 //!
 //! ```text
 //! hold:  [e; ė]⁺ = A_d [e; ė] + B_d δτ     exact for M δq̈ + D δq̇ + K δq = δτ over h
-//! law:   δτ = M₀ (−K_v ė − K_p e − ρ̂) + K₀ e + D₀ ė
-//! learn: ρ̂⁺ = e^(−λh) (ρ̂ + h k_I (p12 e + p22 ė))       k_I = gain m |ξ|² at the point
+//! law:   δτ = M₀ (−K_v r − K_p e − ρ̂) + K₀ e + D₀ r
+//! learn: ρ̂⁺ = e^(−λh) (ρ̂ + h k_I (p12 e + p22 r))       k_I = gain m |ξ|² at the point
+//! rate:  r = ė, or through a filter e^(−2πfh) r₋ + (1 − e^(−2πfh)) (e − e₋)/h
 //! ```
 //!
 //! The law's terms are taken when it samples, the arm's in the middle of the hold. Over a lap of
@@ -13,7 +14,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::conditions::Conditions;
 use super::course::{Course, POINTS};
+use super::linear_model::filtering;
 use crate::control::Gains;
 use crate::eigen::{modulus, spectrum};
 use crate::error::{Error, Result};
@@ -52,8 +55,8 @@ pub(super) struct Integrators<const N: usize> {
 struct Place {
     /// [0 I 0; −M⁻¹K −M⁻¹D M⁻¹; 0 0 0]
     hold: Dynamic,
-    /// [K₀ − M₀K_p, D₀ − M₀K_v]
-    feedback: Dynamic,
+    /// K₀ − M₀K_p and D₀ − M₀K_v.
+    feedback: [Dynamic; 2],
     /// M₀.
     mass: Dynamic,
     /// k_I of each joint.
@@ -66,6 +69,7 @@ struct Place {
 pub(super) struct SampledLoop {
     joints: usize,
     delay: usize,
+    velocity_filter: Option<f64>,
     duration: f64,
     leak_rate: f64,
     /// p12 and p22 of each joint.
@@ -85,7 +89,7 @@ impl SampledLoop {
         course: &Course<N>,
         gains: &Gains<N>,
         integrators: Option<&Integrators<N>>,
-        delay: usize,
+        conditions: &Conditions<'_>,
     ) -> Result<Self> {
         let dynamic = |m: &Matrix<N>| Dynamic::from_column_slice(N, N, m.as_slice());
         let mut places = Vec::with_capacity(course.points.len());
@@ -100,15 +104,12 @@ impl SampledLoop {
             hold.view_mut((N, N), (N, N)).copy_from(&dynamic(&-(inverse * actual.damping)));
             hold.view_mut((N, 2 * N), (N, N)).copy_from(&dynamic(&inverse));
             let times = |by: &[f64; N]| Matrix::from_fn(|i, j| nominal.mass[(i, j)] * by[j]);
-            let mut feedback = Dynamic::zeros(N, 2 * N);
             let on_e = nominal.stiffness - times(&gains.kp);
-            let on_de = nominal.damping - times(&gains.kv);
-            feedback.view_mut((0, 0), (N, N)).copy_from(&dynamic(&on_e));
-            feedback.view_mut((0, N), (N, N)).copy_from(&dynamic(&on_de));
+            let on_rate = nominal.damping - times(&gains.kv);
             let k_i = integrators.map_or([0.0; N], |it| it.k_i[k]);
             places.push(Place {
                 hold,
-                feedback,
+                feedback: [dynamic(&on_e), dynamic(&on_rate)],
                 mass: dynamic(&nominal.mass),
                 k_i: DVector::from_column_slice(&k_i),
                 rho: DVector::from_column_slice(point.rho.as_slice()),
@@ -117,7 +118,8 @@ impl SampledLoop {
         let p = integrators.map_or([JointSolution::default(); N], |it| it.p);
         Ok(Self {
             joints: N,
-            delay,
+            delay: conditions.delay_samples,
+            velocity_filter: conditions.velocity_filter,
             duration: course.duration,
             leak_rate: integrators.map_or(0.0, |it| it.leak_rate),
             p: [p.map(|p| p.p12).to_vec(), p.map(|p| p.p22).to_vec()],
@@ -216,7 +218,7 @@ impl SampledLoop {
     }
 
     fn order(&self) -> usize {
-        self.joints * (3 + self.delay)
+        self.joints * (3 + self.delay + if self.velocity_filter.is_some() { 2 } else { 0 })
     }
 
     fn place(&self, time: f64) -> &Place {
@@ -233,18 +235,35 @@ impl SampledLoop {
         let input = hold.view((0, 2 * n), (2 * n, n)).into_owned();
         let mut step = Dynamic::zeros(size, size);
         step.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&hold.view((0, 0), (2 * n, 2 * n)));
-        let newest = if self.delay == 0 { 0 } else { rho - n };
+        // Where the commands under way end, and what a filter keeps begins.
+        let past = n * (2 + self.delay);
+        // The velocity that the law has, of which states.
+        let mut rate = vec![(n, 1.0)];
+        if let Some(cut_off) = self.velocity_filter {
+            let (kept, taken) = filtering(cut_off, h);
+            rate = vec![(0, taken), (past, kept), (past + n, -taken)];
+            for joint in 0..n {
+                rate.iter().for_each(|(from, x)| step[(past + joint, from + joint)] = *x);
+                step[(past + n + joint, joint)] = 1.0;
+            }
+        }
+        let mut command = Dynamic::zeros(n, size);
+        let [on_e, on_rate] = &seen.feedback;
+        command.columns_mut(0, n).copy_from(on_e);
+        for &(from, x) in &rate {
+            let mut part = command.columns_mut(from, n);
+            part += on_rate * x;
+        }
+        command.columns_mut(rho, n).copy_from(&-&seen.mass);
         if self.delay == 0 {
-            let fed = step.view((0, 0), (2 * n, 2 * n)) + &input * &seen.feedback;
-            step.view_mut((0, 0), (2 * n, 2 * n)).copy_from(&fed);
-            step.view_mut((0, rho), (2 * n, n)).copy_from(&-(&input * &seen.mass));
+            let mut moved = step.rows_mut(0, 2 * n);
+            moved += &input * &command;
         } else {
             step.view_mut((0, 2 * n), (2 * n, n)).copy_from(&input);
-            for i in 2 * n..newest {
+            for i in 2 * n..past - n {
                 step[(i, i + n)] = 1.0;
             }
-            step.view_mut((newest, 0), (n, 2 * n)).copy_from(&seen.feedback);
-            step.view_mut((newest, rho), (n, n)).copy_from(&-&seen.mass);
+            step.rows_mut(past - n, n).copy_from(&command);
         }
         let keep = exp(-self.leak_rate * h);
         for joint in 0..n {
@@ -253,7 +272,7 @@ impl SampledLoop {
             if on[0] + on[1] > DRIVEN {
                 step[(row, row)] = keep;
                 step[(row, joint)] = on[0];
-                step[(row, n + joint)] = on[1];
+                rate.iter().for_each(|(from, x)| step[(row, from + joint)] += on[1] * x);
             }
         }
         let mut push = DVector::zeros(size);

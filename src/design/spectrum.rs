@@ -79,7 +79,10 @@ impl<'a, const N: usize> Signals<'a, N> {
             let JointSolution { p12, p22, .. } = self.subject.p()[n];
             let (kp, kv, k_i) = (self.gains.kp[n], self.gains.kv[n], k_i[n]);
             let inertia_ratio = self.ratios[n];
-            let model = LinearModel { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio };
+            // Motions are slow for a velocity filter.
+            let velocity_filter = None;
+            let model =
+                LinearModel { kp, kv, p12, p22, k_i, leak_rate, inertia_ratio, velocity_filter };
             for &(amplitude, omega) in &self.spectra[n].harmonics {
                 let e = amplitude * model.gain_at(omega)?;
                 squares += e * e * (p12 * p12 + p22 * p22 * omega * omega);

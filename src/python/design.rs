@@ -9,7 +9,7 @@ use super::dispatch::{each, of_joints, other_joints};
 use super::guard::PyGuard;
 use super::plant::{Plant, Plants, PyPlant};
 use super::sources::Source;
-use super::tracked::{Tracker, Trackers};
+use super::tracked::{Tracker, Trackers, front};
 use crate::arm::Arm;
 use crate::control::Sample;
 use crate::design::{ArmFacts, Conditions, Course, Finding, JointReport, Learning, Report};
@@ -72,15 +72,19 @@ impl<'a, 'py> Along<'a, 'py> {
 }
 
 /// Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict.
+///
+/// ``delay``: None is what the tracker knows of. ``velocity_filter``: of the loop, where the tracker
+/// has none [Hz].
 #[pyfunction]
-#[pyo3(signature = (tracker, control_period, delay, disturbance, inertia_ratio, path, plant,
-    duration))]
+#[pyo3(signature = (tracker, control_period, delay, velocity_filter, disturbance, inertia_ratio,
+    path, plant, duration))]
 #[expect(clippy::too_many_arguments, reason = "called from one Python function")]
 pub(super) fn design<'py>(
     py: Python<'py>,
     tracker: Any<'_, 'py>,
     control_period: Any<'_, 'py>,
-    delay: Any<'_, 'py>,
+    delay: Given<'_, 'py>,
+    velocity_filter: Given<'_, 'py>,
     disturbance: Given<'_, 'py>,
     inertia_ratio: Any<'_, 'py>,
     path: Given<'_, 'py>,
@@ -93,10 +97,17 @@ pub(super) fn design<'py>(
     let control_period = scalar(control_period, "control_period")?;
     let inertia_ratio = scalar(inertia_ratio, "inertia_ratio")?;
     let along = Along::new(path, duration, plant, inertia_ratio)?;
-    let delay_samples = samples(delay)?;
+    let own = front(&tracker.trackers);
+    let delay_samples = delay.map_or(Ok(own.delay), |delay| count(delay, "delay", 0))?;
+    let given = velocity_filter.map(|it| scalar(it, "velocity_filter")).transpose()?;
     let disturbance = disturbance.map(harmonics).transpose()?;
-    let disturbance = disturbance.as_deref();
-    let conditions = Conditions { control_period, delay_samples, disturbance, inertia_ratio };
+    let conditions = Conditions {
+        control_period,
+        delay_samples,
+        velocity_filter: own.velocity_filter.or(given),
+        disturbance: disturbance.as_deref(),
+        inertia_ratio,
+    };
     each!(&tracker.trackers, Trackers, it => report(py, it, &along, &conditions))
 }
 
@@ -110,7 +121,7 @@ fn report<'py, const N: usize>(
     let report = tracker.report(course.as_ref(), conditions)?;
     let (known, sound, verdict) = (report.known(), report.sound(), report.verdict());
     let Report { joints, learning, findings, left_out } = report;
-    let dict = figures(py, &joints)?;
+    let dict = figures(py, &joints, if conditions.velocity_filter.is_some() { 4 } else { 3 })?;
     dict.set_item("known", known)?;
     dict.set_item("sound", sound)?;
     dict.set_item("verdict", verdict)?;
@@ -126,7 +137,12 @@ fn report<'py, const N: usize>(
     Ok(dict)
 }
 
-fn figures<'py>(py: Python<'py>, joints: &[JointReport]) -> PyResult<Bound<'py, PyDict>> {
+/// With so many poles of each joint.
+fn figures<'py>(
+    py: Python<'py>,
+    joints: &[JointReport],
+    order: usize,
+) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     let set = |name, value: fn(&JointReport) -> f64| {
         let values: Vec<f64> = joints.iter().map(value).collect();
@@ -146,7 +162,8 @@ fn figures<'py>(py: Python<'py>, joints: &[JointReport]) -> PyResult<Bound<'py, 
     set("max_period", |j| j.max_period)?;
     set("stiffness", |j| j.stiffness)?;
     set("damping", |j| j.damping)?;
-    let poles = joints.iter().map(|j| j.poles.map(|z| (z.re, z.im)).to_vec());
+    set("inertia_ratio", |j| j.inertia_ratio)?;
+    let poles = joints.iter().map(|j| j.poles.map(|z| (z.re, z.im))[..order].to_vec());
     dict.set_item("poles", poles.collect::<Vec<_>>())?;
     Ok(dict)
 }
@@ -216,9 +233,4 @@ fn harmonics(value: Any<'_, '_>) -> PyResult<Vec<(f64, f64)>> {
     }
     let pairs = pairs.values.as_chunks().0.iter();
     Ok(pairs.map(|&[amplitude, frequency]| (amplitude, frequency)).collect())
-}
-
-/// Samples of delay, a whole number ≥ 0.
-fn samples(delay: Any<'_, '_>) -> PyResult<usize> {
-    count(delay, "delay", 0)
 }

@@ -15,6 +15,7 @@ fn model(k_i: f64) -> LinearModel {
         k_i,
         leak_rate: 0.0,
         inertia_ratio: 1.0,
+        velocity_filter: None,
     }
 }
 
@@ -85,12 +86,19 @@ fn fine_sampling_approaches_the_poles() {
 /// The sampled loop, written out: the largest |e| late in a run.
 fn late_error(model: &LinearModel, h: f64, delay: usize, steps: usize) -> f64 {
     let (mut e, mut de, mut rho, mut late) = (1.0_f64, 0.0, 0.0, 0.0_f64);
+    let (mut before, mut filtered) = (e, de);
     let keep = (-model.leak_rate * h).exp();
     let mut under_way = std::collections::VecDeque::from(vec![0.0; delay]);
     for step in 0..steps {
-        under_way.push_back(-model.kv * de - model.kp * e - rho);
+        let mut rate = de;
+        if let Some(cut_off) = model.velocity_filter {
+            let share = 1.0 - (-std::f64::consts::TAU * cut_off * h).exp();
+            filtered += share * ((e - before) / h - filtered);
+            (before, rate) = (e, filtered);
+        }
+        under_way.push_back(-model.kv * rate - model.kp * e - rho);
         let acceleration = model.inertia_ratio * under_way.pop_front().unwrap();
-        rho = keep * (rho + h * model.k_i * (model.p12 * e + model.p22 * de));
+        rho = keep * (rho + h * model.k_i * (model.p12 * e + model.p22 * rate));
         e += h * de + 0.5 * h * h * acceleration;
         de += h * acceleration;
         if step > steps / 2 {
@@ -103,28 +111,97 @@ fn late_error(model: &LinearModel, h: f64, delay: usize, steps: usize) -> f64 {
 #[test]
 fn sampled_loop_decays_below_the_limit_and_grows_above_it() {
     for (delay, leak_rate) in [(0, 0.0), (1, 0.0), (2, 3.0), (5, 0.0), (0, 20.0)] {
-        let model = LinearModel { inertia_ratio: 0.5, leak_rate, ..model(CONCAT_70) };
-        let period = model.max_period(delay).unwrap();
-        let (below, above) = (0.98 * period, 1.02 * period);
-        let steps = |radius: f64| (60.0 / radius.ln().abs()) as usize;
-        let radius = model.sampled_radius(below, delay).unwrap();
-        assert!(late_error(&model, below, delay, steps(radius)) < 1e-6);
-        let radius = model.sampled_radius(above, delay).unwrap();
-        assert!(late_error(&model, above, delay, steps(radius)) > 1e6);
+        decays_and_grows(LinearModel { inertia_ratio: 0.5, leak_rate, ..model(CONCAT_70) }, delay);
+    }
+}
+
+fn decays_and_grows(model: LinearModel, delay: usize) {
+    let period = model.max_period(delay).unwrap();
+    let (below, above) = (0.98 * period, 1.02 * period);
+    let steps = |radius: f64| (60.0 / radius.ln().abs()) as usize;
+    let radius = model.sampled_radius(below, delay).unwrap();
+    assert!(late_error(&model, below, delay, steps(radius)) < 1e-6);
+    let radius = model.sampled_radius(above, delay).unwrap();
+    assert!(late_error(&model, above, delay, steps(radius)) > 1e6);
+}
+
+#[test]
+fn sampled_loop_through_a_filter_decays_below_the_limit_and_grows_above_it() {
+    for (delay, k_i, leak_rate) in [(0, 0.0, 0.0), (1, CONCAT_7, 0.0), (4, CONCAT_7, 3.0)] {
+        for cut_off in [2.5, 30.0, 1e6] {
+            let velocity_filter = Some(cut_off);
+            let model = LinearModel { leak_rate, velocity_filter, ..model(k_i) };
+            decays_and_grows(model, delay);
+        }
     }
 }
 
 #[test]
+fn a_slow_filter_shortens_the_longest_period_and_a_slower_one_leaves_none() {
+    let through = |cut_off| LinearModel { velocity_filter: Some(cut_off), ..model(CONCAT_70) };
+    let mut before = model(CONCAT_70).max_period(0).unwrap();
+    for cut_off in [1e3, 100.0, 50.0] {
+        let period = through(cut_off).max_period(0).unwrap();
+        assert!(period < before, "{cut_off}: {period}");
+        before = period;
+    }
+    assert!(matches!(
+        through(1.0).max_period(0).unwrap_err().problem(),
+        Problem::NotHurwitz { .. }
+    ));
+    // Computed torque alone is slower for it, but stable.
+    assert!(LinearModel { k_i: 0.0, ..through(0.1) }.max_period(0).is_ok());
+}
+
+/// By Routh if there is a longest period, by the poles if they are on the left.
+#[test]
+fn there_is_a_longest_period_where_all_poles_are_stable() {
+    let (mut stable, mut unstable) = (0, 0);
+    for k_i in [3.0, 62.6, 300.0, 626.0, 5000.0] {
+        for cut_off in [0.3, 1.0, 3.0, 10.0, 30.0, 100.0] {
+            for leak_rate in [0.0, 0.4, 9.0] {
+                let velocity_filter = Some(cut_off);
+                let model =
+                    LinearModel { inertia_ratio: 0.6, leak_rate, velocity_filter, ..model(k_i) };
+                let left = model.poles().unwrap().iter().all(|z| z.re < 0.0);
+                assert_eq!(model.max_period(0).is_ok(), left, "{model:?}");
+                if left { stable += 1 } else { unstable += 1 }
+            }
+        }
+    }
+    assert!(stable > 10 && unstable > 10, "{stable} {unstable}");
+}
+
+#[test]
+fn a_filter_of_a_high_cut_off_is_as_good_as_none() {
+    let sharp = LinearModel { velocity_filter: Some(1e6), leak_rate: 0.3, ..model(CONCAT_7) };
+    let none = LinearModel { velocity_filter: None, ..sharp };
+    close(sharp.gain_at(3.0).unwrap(), none.gain_at(3.0).unwrap(), 1e-6);
+    let (mut left, right) = (sharp.poles().unwrap().to_vec(), none.poles().unwrap());
+    left.sort_by(|a, b| b.re.total_cmp(&a.re));
+    for wanted in &right[..3] {
+        assert!(left.iter().any(|z| (z - wanted).norm() < 1e-4), "{left:?} {right:?}");
+    }
+    assert_eq!(right[3].re, f64::NEG_INFINITY);
+}
+
+#[test]
 fn steady_rms_is_that_of_a_fine_simulation() {
-    for leak_rate in [0.0, 0.7, 15.0] {
-        let model = LinearModel { inertia_ratio: 0.5, leak_rate, ..model(CONCAT_7) };
+    for (leak_rate, velocity_filter) in [(0.0, None), (0.7, None), (15.0, None), (0.7, Some(4.0))] {
+        let model =
+            LinearModel { inertia_ratio: 0.5, leak_rate, velocity_filter, ..model(CONCAT_7) };
         let (h, omega, amplitude) = (1e-4, 1.3, 2.0);
-        let (mut e, mut de, mut rho, mut sum, mut count) = (0.0_f64, 0.0, 0.0, 0.0, 0);
+        let (mut e, mut de, mut rho, mut rate) = (0.0_f64, 0.0, 0.0, 0.0);
+        let (mut sum, mut count) = (0.0, 0);
         for tick in 0..600_000 {
             let t = f64::from(tick) * h;
             let disturbance = amplitude * (omega * t).sin();
-            let acceleration = 0.5 * (-model.kv * de - model.kp * e + disturbance - rho);
-            rho += h * (model.k_i * (model.p12 * e + model.p22 * de) - leak_rate * rho);
+            rate = match velocity_filter {
+                Some(cut_off) => rate + h * std::f64::consts::TAU * cut_off * (de - rate),
+                None => de,
+            };
+            let acceleration = 0.5 * (-model.kv * rate - model.kp * e + disturbance - rho);
+            rho += h * (model.k_i * (model.p12 * e + model.p22 * rate) - leak_rate * rho);
             e += h * de + 0.5 * h * h * acceleration;
             de += h * acceleration;
             // The last six periods.
@@ -185,6 +262,7 @@ fn field_out_of_range_is_refused_by_name() {
         (LinearModel { k_i: -1.0, ..good }, "k_i"),
         (LinearModel { leak_rate: -1.0, ..good }, "leak_rate"),
         (LinearModel { inertia_ratio: 0.0, ..good }, "inertia_ratio"),
+        (LinearModel { velocity_filter: Some(0.0), ..good }, "velocity_filter"),
     ] {
         let named = |e: Error| e.parameter() == name && out_of_range(e);
         assert!(named(broken.poles().unwrap_err()));

@@ -293,3 +293,49 @@ def test_a_path_on_which_the_arm_cannot_be_carried_is_refused() -> None:
     assert strong.sound and strong.verdict == "go ahead"
     with pytest.raises(ValueError, match=r"^delay: got 9"):
         sa.design(sa.ComputedTorque(arm, 100, 20), 1e-3, delay=9)
+
+
+def late(**front: float) -> sa.ComputedTorque:
+    """Critically damped at 20 rad/s, on one joint after another."""
+    return sa.ComputedTorque(sa.TwoLink(), 400.0, 40.0, **front)
+
+
+def test_a_loop_whose_velocity_filter_is_too_slow_is_refused_and_diverges() -> None:
+    """At 2 Hz the velocity of a loop of 20 rad/s is too late for 4 ms and a delay of 4."""
+    path, effects = sa.Sines(1.0, [0.2, 0.2]), sa.Effects(delay=4)
+    for cut_off, sound in ((100.0, True), (2.0, False)):
+        tracker = late(delay=4, velocity_filter=cut_off)
+        report = sa.design(tracker, 4e-3, path=path, plant=sa.Plant(sa.TwoLink()))
+        assert report.sound == sound, report.findings
+        assert sa.design(tracker, 4e-3).sound == sound
+        words = f"velocity_filter: {cut_off:g} Hz is too slow for joint 1"
+        assert any(finding.startswith(words) for finding in report.findings) == (not sound)
+        loop = {"control_period": 4e-3, "effects": effects, "q0": [0.01, 0.0], "progress": False}
+        run = sa.simulate(sa.Plant(sa.TwoLink()), tracker, path, 8.0, 1e-3, **loop)
+        assert (not run.status.finished or abs(run.e[-1000:]).max() > 0.1) != sound
+
+
+def test_the_delay_that_the_tracker_knows_of_counts_where_none_is_given() -> None:
+    for given in (None, 0, 3):
+        report = sa.design(late(delay=2), delay=given)
+        known = 2 if given is None else given
+        assert report.delay == known
+        assert (report.max_period == sa.design(late(), delay=known).max_period).all()
+
+
+def test_velocities_by_difference_count_as_a_filter_does() -> None:
+    machine = sa.Effects(velocity="difference", velocity_cutoff=8.0, delay=1)
+    sensed, own = sa.design(late(), effects=machine), sa.design(late(velocity_filter=8.0), delay=1)
+    for name in ("poles", "sampled_radius", "max_period", "rms"):
+        assert (getattr(sensed, name) == getattr(own, name)).all()
+    assert sensed.velocity_filter == own.velocity_filter == 8.0 and sensed.delay == 1
+    assert any("velocity lags behind dq_d" in words for words in sensed.left_out)
+    # A filter of its own takes positions, whatever velocities are made of.
+    both = sa.design(late(velocity_filter=8.0), effects=machine.__replace__(velocity_cutoff=2.0))
+    assert (both.poles == own.poles).all() and len(both.left_out) == 1
+    sharp = sa.design(late(), effects=machine.__replace__(velocity_cutoff=float("inf")))
+    assert np.isfinite(sharp.max_period).all() and np.isfinite(sharp.poles).all()
+    lagging = sa.design(late(), effects=sa.Effects(velocity="kalman"))
+    assert lagging.velocity_filter is None and "what velocities by kalman lag" in lagging.left_out
+    with pytest.raises(TypeError, match="effects: got int, wants an Effects"):
+        sa.design(late(), effects=1)  # type: ignore[arg-type]

@@ -24,6 +24,12 @@ REPORTS = {
     "twice as heavy": lambda **given: sa.design(compensated(), inertia_ratio=0.5, **given),
     "forgets": lambda **given: sa.design(compensated(leak_rate=0.5), inertia_ratio=0.7, **given),
     "normalised": lambda **given: sa.design(compensated(normalization=2.0), **given),
+    "filtered": lambda **given: sa.design(
+        compensated(leak_rate=0.5, velocity_filter=9.0), inertia_ratio=0.7, **given
+    ),
+    "computed torque, filtered": lambda **given: sa.design(
+        sa.ComputedTorque(sa.TwoLink(), 8.0, 5.5, velocity_filter=2.0), **given
+    ),
     "along a path": along_a_path,
     "computed torque": lambda **given: sa.design(
         sa.paper.simulation(2).tracker, inertia_ratio=0.5, **given

@@ -56,6 +56,31 @@ def test_a_verdict_has_its_finding_and_a_period_to_take() -> None:
             assert shorter.sound, shorter.findings
 
 
+@functools.cache
+def through_filters() -> list[Outcome]:
+    found = [judged(seed, filtered=True) for seed in range(24)]
+    return [outcome for outcome in found if outcome is not None]
+
+
+def test_loops_through_a_velocity_filter_are_judged_as_they_run() -> None:
+    called = [outcome.called for outcome in through_filters()]
+    assert min(called.count("sound"), called.count("refused: unstable")) >= 4, called
+    for outcome in through_filters():
+        assert not (outcome.called in SOUND and outcome.diverged), outcome.row()
+        assert not (outcome.called == "refused: unstable" and outcome.well), outcome.row()
+
+
+def test_what_a_velocity_filter_makes_unstable_is_refused_for_it() -> None:
+    """Loops that are sound with measured velocities, and diverge or run badly through a filter."""
+    spoilt = 0
+    for outcome in through_filters():
+        measured = design(outcome.design.seed).report(outcome.control_period)
+        if measured.sound and outcome.called == "refused: unstable":
+            assert not outcome.well
+            spoilt += 1
+    assert spoilt >= 2
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_a_loop_is_sound_at_every_period_below_its_longest(seed: int) -> None:
     chosen = design(seed)

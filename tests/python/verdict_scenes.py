@@ -2,8 +2,8 @@
 
 A design is an arm of 1 to 7 joints with a nominal model that is right, up to 30 % off, or half as
 heavy; a path of sines; gains; a compensator of any form, inputs and modifications, or none; a delay
-of 0 to 2 samples; and a control period drawn log-uniformly from 0.05 to 2 times the longest stable
-one that its report gives. The run is the sampled loop on the moving arm.
+of 0 to 2 samples; in some a velocity filter; and a control period drawn log-uniformly from 0.05 to
+2 times the longest stable one that its report gives. The run is the sampled loop on the moving arm.
 """
 
 from __future__ import annotations
@@ -125,8 +125,8 @@ def compensator(
     return sa.FuzzyCompensator(basis, q=q, gain=gain, **chosen), f"{words} gain={gain:.3g}"
 
 
-def design(seed: int) -> Design:
-    """The design of a seed."""
+def design(seed: int, filtered: bool = False) -> Design:
+    """The design of a seed; ``filtered``: with a velocity filter of its own."""
     rng = np.random.default_rng(seed)
     joints = int(rng.integers(1, 8))
     there = arm(rng, joints)
@@ -151,7 +151,13 @@ def design(seed: int) -> Design:
     except sa.NoStabilizingSolution:  # Q too large for these gains: take what they allow
         chosen = _admissible(chosen, believed, kp, kv)
         tracker = sa.ComputedTorque(believed, kp, kv, chosen)
-    return Design(seed, tracker, sa.Plant(there, push), along, delay, f"{words}, delay {delay}")
+    words = f"{words}, delay {delay}"
+    if filtered:
+        own = np.random.default_rng([seed, 2])
+        cut_off = omega / (2.0 * math.pi) * 10.0 ** own.uniform(0.3, 1.5)
+        tracker = tracker.__replace__(velocity_filter=cut_off)
+        words += f", velocity_filter={cut_off:.3g}"
+    return Design(seed, tracker, sa.Plant(there, push), along, delay, words)
 
 
 def _admissible(given: Any, believed: sa.Serial, kp: float, kv: float) -> sa.FuzzyCompensator:
@@ -231,12 +237,12 @@ class Outcome:
         }
 
 
-def judged(seed: int) -> Outcome | None:
+def judged(seed: int, filtered: bool = False) -> Outcome | None:
     """Judge a design and run it; None if its longest stable period is beyond 1 s, or below 10 µs.
 
     One that is stable at no period runs at 1 ms, and in fine steps of 0.2 ms.
     """
-    chosen = design(seed)
+    chosen = design(seed, filtered)
     first = chosen.report(1e-3)
     longest = float(first.max_period.min())
     if longest == 0.0:

@@ -184,12 +184,14 @@ fn nominal_parameters() -> TwoLinkParameters {
 
 #[test]
 fn at_rest_the_loop_of_all_joints_is_that_of_each_joint() {
-    for delay_samples in [0, 1, 3] {
+    for (delay_samples, velocity_filter) in [(0, None), (1, None), (3, Some(4.0)), (0, Some(20.0))]
+    {
         for leak_rate in [0.0, 2.0] {
             let adaptation = Adaptation { leak_rate, normalization: 0.1, ..law(70.0) };
             let controller = modified(Form::Concat, false, Inputs::reference(), adaptation);
+            let control_period = 2e-3;
             let conditions =
-                Conditions { control_period: 2e-3, delay_samples, ..Default::default() };
+                Conditions { control_period, delay_samples, velocity_filter, ..Default::default() };
             let course = at_rest();
             let Adaptive { law, compensator, limits, .. } = &controller;
             let along = Report::new(law, limits, Some(compensator), Some(&course), &conditions);
@@ -203,8 +205,9 @@ fn at_rest_the_loop_of_all_joints_is_that_of_each_joint() {
                 k_i: along.k_i,
                 leak_rate,
                 inertia_ratio: 1.0,
+                velocity_filter,
             };
-            let radius = alone.sampled_radius(2e-3, delay_samples).unwrap();
+            let radius = alone.sampled_radius(control_period, delay_samples).unwrap();
             assert!((along.sampled_radius - radius).abs() < 1e-9);
             // The search along a path stops within 1e-3.
             let longest = alone.max_period(delay_samples).unwrap();
@@ -225,6 +228,9 @@ fn each_condition_that_makes_no_sense_is_named() {
     assert_eq!(refused(Conditions { control_period: 0.0, ..good }), "control_period");
     assert_eq!(refused(Conditions { control_period: f64::NAN, ..good }), "control_period");
     assert_eq!(refused(Conditions { delay_samples: 9, ..good }), "delay_samples");
+    let filter = |cut_off| Conditions { velocity_filter: Some(cut_off), ..good };
+    assert_eq!(refused(filter(0.0)), "velocity_filter");
+    assert_eq!(refused(filter(f64::INFINITY)), "velocity_filter");
     assert_eq!(refused(Conditions { disturbance: Some(&[]), ..good }), "disturbance");
     assert_eq!(refused(Conditions { disturbance: Some(&[(1.0, -1.0)]), ..good }), "omega");
     assert_eq!(refused(Conditions { disturbance: Some(&[(f64::NAN, 1.0)]), ..good }), "amplitude");
