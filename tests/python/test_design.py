@@ -5,6 +5,8 @@ import pytest
 import steadyarm as sa
 from steadyarm.cli import main
 
+ARM = sa.TwoLink(mass=(4.0, 4.0), length=(0.5, 0.5), inertia=(0.2, 0.2))
+
 
 def tracker(**overrides: object) -> sa.ComputedTorque:
     return sa.paper.simulation(3, preset="claimed", **overrides).tracker
@@ -297,7 +299,7 @@ def test_a_path_on_which_the_arm_cannot_be_carried_is_refused() -> None:
 
 def late(**front: float) -> sa.ComputedTorque:
     """Critically damped at 20 rad/s, on one joint after another."""
-    return sa.ComputedTorque(sa.TwoLink(), 400.0, 40.0, **front)
+    return sa.ComputedTorque(ARM, 400.0, 40.0, **front)
 
 
 def test_a_loop_whose_velocity_filter_is_too_slow_is_refused_and_diverges() -> None:
@@ -305,13 +307,13 @@ def test_a_loop_whose_velocity_filter_is_too_slow_is_refused_and_diverges() -> N
     path, effects = sa.Sines(1.0, [0.2, 0.2]), sa.Effects(delay=4)
     for cut_off, sound in ((100.0, True), (2.0, False)):
         tracker = late(delay=4, velocity_filter=cut_off)
-        report = sa.design(tracker, 4e-3, path=path, plant=sa.Plant(sa.TwoLink()))
+        report = sa.design(tracker, 4e-3, path=path, plant=sa.Plant(ARM))
         assert report.sound == sound, report.findings
         assert sa.design(tracker, 4e-3).sound == sound
         words = f"velocity_filter: {cut_off:g} Hz is too slow for joint 1"
         assert any(finding.startswith(words) for finding in report.findings) == (not sound)
         loop = {"control_period": 4e-3, "effects": effects, "q0": [0.01, 0.0], "progress": False}
-        run = sa.simulate(sa.Plant(sa.TwoLink()), tracker, path, 8.0, 1e-3, **loop)
+        run = sa.simulate(sa.Plant(ARM), tracker, path, 8.0, 1e-3, **loop)
         assert (not run.status.finished or abs(run.e[-1000:]).max() > 0.1) != sound
 
 

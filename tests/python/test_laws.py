@@ -136,6 +136,23 @@ def test_a_period_that_is_too_long_is_refused_with_what_to_do(name: str, period:
         made(name, CHAIN, bandwidth=40.0, control_period=period)
 
 
+@each
+def test_a_filter_that_makes_velocities_too_late_is_refused_before_the_loop_diverges(
+    name: str, arm: str
+) -> None:
+    accepted = []
+    for cut_off in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0):
+        try:
+            accepted.append(made(name, arm, velocity_filter=cut_off))
+        except ValueError as refusal:
+            words = rf"velocity_filter: got {cut_off:g}, wants a cut-off \[Hz\] above the loop's"
+            assert re.match(words, str(refusal)) and not accepted
+    assert 1 <= len(accepted) <= 8
+    slowest, measured = (simulated(it, arm, steps=4000) for it in (accepted[0], made(name, arm)))
+    late = [np.abs(run.e[-1500:]).max() for run in (slowest, measured)]
+    assert slowest.status.finished and late[0] < 2.0 * late[1] + 0.01, late
+
+
 @pytest.mark.parametrize("name", ["pid", "robust", "sliding_mode", "time_delay"])
 def test_gains_that_do_not_cover_the_uncertainty_are_refused(name: str) -> None:
     few = {"pid": {"ki": 500.0}, "robust": {"bound": 1.0}, "sliding_mode": {"gain": 1.0}}

@@ -7,6 +7,8 @@ import pytest
 import steadyarm as sa
 from scipy import signal
 
+ARM = sa.TwoLink(mass=(4.0, 4.0), length=(0.5, 0.5), inertia=(0.2, 0.2))
+
 
 def compensated(**options: Any) -> sa.ComputedTorque:
     return sa.paper.simulation(3, preset="claimed", **options).tracker
@@ -28,7 +30,7 @@ REPORTS = {
         compensated(leak_rate=0.5, velocity_filter=9.0), inertia_ratio=0.7, **given
     ),
     "computed torque, filtered": lambda **given: sa.design(
-        sa.ComputedTorque(sa.TwoLink(), 8.0, 5.5, velocity_filter=2.0), **given
+        sa.ComputedTorque(ARM, 8.0, 5.5, velocity_filter=2.0), **given
     ),
     "along a path": along_a_path,
     "computed torque": lambda **given: sa.design(

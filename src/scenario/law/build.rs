@@ -1,5 +1,7 @@
 //! A law from its settings.
 
+use core::f64::consts::TAU;
+
 use super::adapts::Adapts;
 use super::settings::*;
 use crate::arm::Arm;
@@ -21,6 +23,9 @@ pub struct BuiltLaw<const N: usize> {
     /// What it remembers, if it does.
     pub compensator: Option<BoxedCompensator<N>>,
 }
+
+/// A rate of 2πf times half a period of this over 2πf is 0.35, what laws let a period take.
+const FILTER_LAG: f64 = 0.7;
 
 /// What is known of the loop around a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -142,9 +147,17 @@ impl<const N: usize, A> Site<'_, N, A>
 where
     A: Arm<N> + Adapts<N> + Clone + Send + Sync + 'static,
 {
-    /// Asks a condition on period and delay, where they are known.
-    pub fn suits(&self, condition: impl FnOnce(f64, f64) -> Result<()>) -> Result<()> {
+    /// Asks a condition on period and delay, where they are known, and of a velocity filter that it
+    /// is faster than the law: at the rate 2πf it takes 45° of the 75° that two poles in one place
+    /// have. The law that suits a period of [`FILTER_LAG`]/2πf is slower than that.
+    pub fn suits(&self, condition: impl Fn(f64, f64) -> Result<()>) -> Result<()> {
         let Around { period, front, .. } = self.around;
+        if let Some(cut_off) = front.velocity_filter {
+            let wanted = "a cut-off [Hz] above the loop's fastest rate [1/s] over 2π: a higher \
+                          one, or a lower bandwidth";
+            condition(FILTER_LAG / (TAU * cut_off), 0.0)
+                .map_err(|_| Error::out_of_range("velocity_filter", cut_off, wanted))?;
+        }
         period.map_or(Ok(()), |period| condition(period, front.delay as f64))
     }
 
