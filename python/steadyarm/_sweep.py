@@ -26,7 +26,7 @@ from ._source import (
     scene_of,
 )
 from ._streams import tell
-from ._sweep_folder import PLAN
+from ._sweep_folder import PLAN, RAISED
 from ._sweep_plan import Plan, plan_of
 from ._sweep_source import FileSource, source_of
 from ._sweep_work import Source
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 SHOWN = 5
 """Worst rows that are listed."""
 
-OF_PLAN = ("over", "seeds", "executor")
+OF_PLAN = ("over", "seeds", "executor", "retry")
 """Options that a folder has no use for."""
 
 
@@ -84,6 +84,12 @@ def _add_plan(group: argparse._ArgumentGroup) -> None:
         "--executor",
         metavar="WHO",
         help="processes, dask, dask://host:port or ray (default: the threads of this process)",
+    )
+    add(
+        "--retry",
+        action="store_const",
+        const=True,
+        help="compute rows that raised again too",
     )
     add("--only", metavar="INDEX", type=whole, help="compute this row alone, and write nothing")
 
@@ -150,7 +156,8 @@ def _sweep(arguments: argparse.Namespace) -> int:
             row = {"index": arguments.only, **point, **one_row(source, point)}
             return _told(arguments, row, None)
     try:
-        found = swept(source, plan, arguments.executor, arguments.out or Path("results"))
+        out = arguments.out or Path("results")
+        found = swept(source, plan, arguments.executor, out, retry=bool(arguments.retry))
     except (ValueError, TypeError) as error:
         raise Refused(error) from error
     except RuntimeError as error:
@@ -197,7 +204,7 @@ def _shown(arguments: argparse.Namespace, found: Sweep) -> int:
     if found.missing:
         return STOPPED
     counts = found.counts()
-    return 0 if counts.get("finished") and not counts.get("raised") else FAILED
+    return 0 if counts.get("finished") and not counts.get(RAISED) else FAILED
 
 
 def _plain(found: Sweep, cases: list[Worst]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The folder of a sweep: ``_plan.json`` says what is swept, ``rows-….parquet`` have the rows.
 
-A file of rows is written whole or not at all, under the number of its first row, and never again:
-however a sweep ends, what is there is right, and what is missing can be told.
+A file of rows is written whole or not at all, under the number of its first row, and is never added
+to: however a sweep ends, what is there is right, and what is missing can be told.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import re
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,9 @@ UNIT = "unit"
 """Of a column, in what its field says beside its type."""
 
 ROWS = "rows-*.parquet"
+
+RAISED = "raised"
+"""The status of a row whose function raised."""
 
 LEFT = re.compile(r"\.[0-9a-f]{32}\.parquet")
 """What a client that was killed leaves of a file."""
@@ -83,6 +88,19 @@ class Folder:
         done[numbers(self.path)] = True
         return done
 
+    def forget_raised(self) -> None:
+        """Take out the rows that raised."""
+        compute = imported("pyarrow.compute", WHAT)
+        parquet = imported("pyarrow.parquet", WHAT)
+        for file in sorted(self.path.glob(ROWS)):
+            with _naming(file):
+                rows = parquet.read_table(file)
+                kept = rows.filter(compute.not_equal(rows["status"], RAISED))
+            if not len(kept):
+                file.unlink()
+            elif len(kept) < len(rows):
+                _files.replace(file, partial(parquet.write_table, kept))
+
     def write(self, columns: Mapping[str, Any], units: Mapping[str, str]) -> None:
         """Add rows; their numbers are the column "index"."""
         arrow = imported("pyarrow", WHAT)
@@ -93,8 +111,17 @@ class Folder:
             for name, array in zip(columns, arrays, strict=True)
         ]
         table = arrow.table(arrays, schema=arrow.schema(fields))
-        name = ROWS.replace("*", f"{int(columns['index'][0]):010}")
-        _files.replace(self.path / name, lambda part: parquet.write_table(table, part))
+        _files.replace(
+            self._unused(int(columns["index"][0])), lambda part: parquet.write_table(table, part)
+        )
+
+    def _unused(self, row: int) -> Path:
+        """A file for rows from this one on. There may be one that had it, and has others."""
+        for again in count():
+            file = self.path / ROWS.replace("*", f"{row:010}{f'-{again}' * bool(again)}")
+            if not file.exists():
+                return file
+        raise AssertionError
 
 
 def read_plan(path: Path) -> dict[str, Any]:

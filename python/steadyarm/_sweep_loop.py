@@ -172,4 +172,4 @@ class Loop:
                     self._take(future)
                 except KeyboardInterrupt:
                     continue
-            future.cancel()
+            self.workers.drop(future)

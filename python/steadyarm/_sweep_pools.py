@@ -47,6 +47,10 @@ class Here:
         """Whether a future ended so because a worker was lost, and it can be asked again."""
         return False
 
+    def drop(self, future: Future[Chunk]) -> None:
+        """Have a chunk not computed, if it can be, before all is closed."""
+        future.cancel()
+
     def close(self) -> None:
         """End what was started for the sweep, without waiting for what it is at."""
 
@@ -100,6 +104,10 @@ class Processes(Pool):
     def lost(self, error: BaseException) -> bool:
         """Whether a worker died."""
         return isinstance(error, BrokenExecutor)
+
+    def drop(self, future: Future[Chunk]) -> None:
+        """Leave it to `close`: the pool tells futures that their process ended, and some Pythons
+        print an error where one was cancelled."""
 
     def close(self) -> None:
         """End the processes."""

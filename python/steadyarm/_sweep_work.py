@@ -17,6 +17,7 @@ import numpy as np
 from ._figures import FIGURES
 from ._joints import in_length, lengths
 from ._scene import VERSION
+from ._sweep_folder import RAISED
 from ._sweep_plan import TAKEN, is_text
 from .compare_runner import _words
 from .many import simulate_many
@@ -106,7 +107,7 @@ def _begin(source: Source, point: Row, row: Row, together: Together) -> None:
         row |= ended("refused", str(error))
     # Of the user's function: it loses its own row alone, also where it wants to leave.
     except (Exception, SystemExit) as error:
-        row |= ended("raised", _words(error))
+        row |= ended(RAISED, _words(error))
 
 
 @contextmanager
@@ -166,7 +167,7 @@ def _simulate(runs: Sequence[tuple[Row, Mapping[str, Any]]], threads: int | None
             for run in runs:
                 _simulate([run], threads)
         else:
-            runs[0][0].update(ended("raised", _words(error)))
+            runs[0][0].update(ended(RAISED, _words(error)))
         return
     columns = {name: values.tolist() for name, values in found.items()}
     joints = range(1, made[0]["plant"].arm.joints + 1)

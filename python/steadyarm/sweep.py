@@ -227,6 +227,7 @@ def sweep(
     executor: Executor | str | Any | None = None,
     out: str | Path = "results",
     chunk_seconds: float = 1.0,
+    retry: bool = False,
     progress: bool | None = None,
 ) -> Sweep:
     """Compute all points of a plan, and keep every row in a folder while it goes.
@@ -259,6 +260,7 @@ def sweep(
         any kind, a script has its calls below ``if __name__ == "__main__":``.
     out: the folder, made if it is not there.
     chunk_seconds: rows are computed and written in chunks that take about so long [s].
+    retry: whether rows that raised are computed again too, as after a mistake in the function.
     progress: whether to show a bar with an estimate; by default on a terminal.
 
     Returns
@@ -282,7 +284,7 @@ def sweep(
     """
     plan = plan_of(over, seeds)
     source = source_of(scenario_or_function, plan.inputs, plan.seeded)
-    return swept(source, plan, executor, out, chunk_seconds, progress)
+    return swept(source, plan, executor, out, chunk_seconds, retry, progress)
 
 
 def swept(
@@ -291,6 +293,7 @@ def swept(
     executor: Any,
     out: str | Path,
     chunk_seconds: float = 1.0,
+    retry: bool = False,
     progress: bool | None = None,
 ) -> Sweep:
     """Compute what is missing of a plan; see `sweep`."""
@@ -310,6 +313,8 @@ def swept(
         "repeat": source.keeps() if isinstance(source, FileSource) else None,
     }
     with Folder.opened(out, said) as folder:
+        if retry:
+            folder.forget_raised()
         loop = Loop(source, plan, folder, chunk_seconds)
         if len(loop.left):
             with closing(start()) as workers:

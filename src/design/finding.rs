@@ -66,7 +66,7 @@ pub enum Finding {
         /// Largest real part of its poles [1/s].
         max_real: f64,
     },
-    /// The loop would do well with measured velocities; through its filter they come too late.
+    /// The loop would have its margin with measured velocities; through the filter they are late.
     SlowFilter {
         /// Joint, from 0.
         joint: usize,
@@ -298,8 +298,8 @@ impl Finding {
             ),
             Self::SlowFilter { joint, cut_off } => write!(
                 f,
-                "velocity_filter: {cut_off} Hz is too slow for joint {}, which would do well with \
-                 velocities that are not late: raise velocity_filter",
+                "velocity_filter: {cut_off} Hz is slow for joint {}, which would have its margin \
+                 with velocities that are not late: raise velocity_filter",
                 joint + 1
             ),
             Self::Overwhelmed { joint } => write!(

@@ -85,8 +85,12 @@ def test_design_of_a_scenario_reports_on_what_learns_along_its_path(capsys):
     settings = dict(law["compensator"])
     basis = sa.FuzzyBasis(**settings.pop("basis"))
     compensator = sa.FuzzyCompensator(basis, **settings)
-    tracker = sa.ComputedTorque(scene.nominal, law["kp"], law["kv"], compensator)
-    report = sa.design(tracker, 1e-3, 1, path=scene.reference, plant=scene.plant)
+    cut_off = scene.front["velocity_filter"]
+    tracker = sa.ComputedTorque(
+        scene.nominal, law["kp"], law["kv"], compensator, velocity_filter=cut_off
+    )
+    loop = {"path": scene.reference, "plant": scene.plant, "effects": scene.effects}
+    report = sa.design(tracker, 1e-3, 1, **loop)
     assert f"fuzzy_claimed, along the path of the scenario, without hand-over\n{report}" in out
     assert out.count("along the path") == 4
     assert "the compensator is inert" in out

@@ -112,6 +112,7 @@ def test_it_refuses_in_one_line(file: str, tmp_path: Path, capsys: Out) -> None:
         (["sweep", file, *over, "--only", "2"], "--only: got 2, wants one of 2, from 0"),
         (["sweep", file, *over, "--executor", "mpi"], "executor: got 'mpi'"),
         (["sweep", file, *over, "--payload", "1"], "--payload: for a robot alone"),
+        (["sweep", "results", "--retry"], "--retry: wants a robot or a scenario as SOURCE"),
         (["sweep", "results", *over], "--over: wants a robot or a scenario as SOURCE"),
         (["sweep", "results", "--only", "7"], "wants a row that is there, from 0 to"),
         (["sweep", "results", "--by", "nobody"], "by: got 'nobody', wants one of rms_e"),

@@ -27,7 +27,7 @@ REPORTS = {
     "forgets": lambda **given: sa.design(compensated(leak_rate=0.5), inertia_ratio=0.7, **given),
     "normalised": lambda **given: sa.design(compensated(normalization=2.0), **given),
     "filtered": lambda **given: sa.design(
-        compensated(leak_rate=0.5, velocity_filter=9.0), inertia_ratio=0.7, **given
+        compensated(leak_rate=0.5).__replace__(velocity_filter=9.0), inertia_ratio=0.7, **given
     ),
     "computed torque, filtered": lambda **given: sa.design(
         sa.ComputedTorque(ARM, 8.0, 5.5, velocity_filter=2.0), **given

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import json
+import threading
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -16,6 +18,8 @@ import steadyarm as sa
 import sweep_jobs as jobs
 from steadyarm import _sweep_folder
 from steadyarm._sweep_plan import plan_of
+from steadyarm._sweep_pools import Processes
+from steadyarm._sweep_source import source_of
 
 GRID = {"scale": np.linspace(1.0, 2.0, 3), "kp": [8.0, 16.0]}
 
@@ -499,3 +503,55 @@ def test_text_and_notebook_say_how_it_went(tmp_path: Path) -> None:
     assert "rms_e [rad]" in str(found) and "rms_e_1" not in str(found)
     page = found._repr_html_()
     assert "RMS error" in page and "mrad" in page and "sweep_jobs.arguments(scale=" in page
+
+
+BAD: set[int] = set()
+"""Where `faulty` raises."""
+
+
+def faulty(x: int) -> dict[str, float]:
+    if x in BAD:
+        raise ArithmeticError(f"{x} is bad")
+    return {"y": 0.1 * x}
+
+
+@pytest.mark.parametrize("whole", [False, True])
+def test_rows_that_raised_are_computed_again_where_one_asks(tmp_path: Path, whole: bool) -> None:
+    """In files of 1 to 4 rows, where they are the first of a file, and all of it."""
+    plan = {"x": range(13)}
+    run = functools.partial(sa.sweep, faulty, plan, out=tmp_path / "rows", chunk_seconds=1e-6)
+    BAD.update(range(13) if whole else {0, 3, 4, 7, 12})
+    first = run()
+    assert first.counts()["raised"] == len(BAD)
+    BAD.intersection_update({4})
+    assert same(run().table(), first.table())
+    found = run(retry=True)
+    assert rows_of(tmp_path / "rows") == list(range(13))
+    assert found.counts() == {"finished": 12, "raised": 1}
+    anew = sa.sweep(faulty, plan, out=tmp_path / "anew")
+    assert same(found.table(), anew.table())
+    BAD.clear()
+    assert run(retry=True).counts() == {"finished": 13}
+    assert rows_of(tmp_path / "rows") == list(range(13)) and not run(retry=True).missing
+
+
+def test_processes_that_are_stopped_while_they_start_print_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As where Ctrl-C comes between: one that did not come up breaks the pool."""
+    said: list[Any] = []
+    monkeypatch.setattr(threading, "excepthook", said.append)
+    workers = Processes()
+    source = source_of(jobs.slow, ("number",), False)
+    futures = [workers.submit(source, [{"number": k}]) for k in range(12)]
+    while not futures[2].running():  # as many are under way as can be; the others wait
+        time.sleep(0.01)
+    for future in futures:
+        workers.drop(future)
+    pool: Any = workers.executor
+    thread = pool._executor_manager_thread
+    for process in list(pool._processes.values()):
+        process.kill()
+    thread.join(20.0)
+    workers.close()
+    assert not thread.is_alive() and not said

@@ -184,7 +184,7 @@ fn nominal_parameters() -> TwoLinkParameters {
 
 #[test]
 fn at_rest_the_loop_of_all_joints_is_that_of_each_joint() {
-    for (delay_samples, velocity_filter) in [(0, None), (1, None), (3, Some(4.0)), (0, Some(20.0))]
+    for (delay_samples, velocity_filter) in [(0, None), (1, None), (3, Some(50.0)), (0, Some(90.0))]
     {
         for leak_rate in [0.0, 2.0] {
             let adaptation = Adaptation { leak_rate, normalization: 0.1, ..law(70.0) };
