@@ -154,7 +154,7 @@ def design(seed: int, filtered: bool = False) -> Design:
     words = f"{words}, delay {delay}"
     if filtered:
         own = np.random.default_rng([seed, 2])
-        cut_off = omega / (2.0 * math.pi) * 10.0 ** own.uniform(0.3, 1.5)
+        cut_off = omega / (2.0 * math.pi) * 10.0 ** own.uniform(0.0, 1.2)
         tracker = tracker.__replace__(velocity_filter=cut_off)
         words += f", velocity_filter={cut_off:.3g}"
     return Design(seed, tracker, sa.Plant(there, push), along, delay, words)

@@ -152,13 +152,14 @@ where
     /// have. The law that suits a period of [`FILTER_LAG`]/2πf is slower than that.
     pub fn suits(&self, condition: impl Fn(f64, f64) -> Result<()>) -> Result<()> {
         let Around { period, front, .. } = self.around;
-        if let Some(cut_off) = front.velocity_filter {
-            let wanted = "a cut-off [Hz] above the loop's fastest rate [1/s] over 2π: a higher \
-                          one, or a lower bandwidth";
-            condition(FILTER_LAG / (TAU * cut_off), 0.0)
-                .map_err(|_| Error::out_of_range("velocity_filter", cut_off, wanted))?;
+        if let Some(period) = *period {
+            condition(period, front.delay as f64)?;
         }
-        period.map_or(Ok(()), |period| condition(period, front.delay as f64))
+        let Some(cut_off) = front.velocity_filter else { return Ok(()) };
+        let wanted = "a cut-off [Hz] above the loop's fastest rate [1/s] over 2π: a higher one, or \
+                      a lower bandwidth";
+        condition(FILTER_LAG / (TAU * cut_off), 0.0)
+            .map_err(|_| Error::out_of_range("velocity_filter", cut_off, wanted))
     }
 
     pub fn computed<F>(&self, feedback: F) -> BoxedLaw<N>
