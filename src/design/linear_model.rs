@@ -9,8 +9,8 @@
 //! the reference. The part ΔM (v − q̈_d) of ρ* is feedback, not disturbance, and is what puts G
 //! before the gains.
 //!
-//! A velocity that is made of positions is ė of a filter's cut-off f ago: wherever the law has ė,
-//! the loop has r, `ṙ = 2πf (ė − r)`. From sample to sample it is the filter of
+//! A velocity that is made of positions comes late, through a filter of cut-off f: wherever the law
+//! has ė it is r then, `ṙ = 2πf (ė − r)`. From sample to sample that is the filter of
 //! [`Front`](crate::control::Front).
 //!
 //! Source: paper (8), (12), (18), linearised at e = 0.
