@@ -117,7 +117,7 @@ def before_laws(rng: Random, trackers: list[Any]) -> list[Any]:
     """Put before all laws what one sampled loop may have there, with a rate of its own in each."""
     rates: dict[str, Callable[[], Any]] = {
         "hand_over": lambda: float(rng.uniform(2.0, 20.0)),
-        "velocity_filter": lambda: float(rng.uniform(20.0, 150.0)),
+        "velocity_filter": lambda: float(rng.uniform(150.0, 400.0)),
         "bumpless": lambda: float(rng.uniform(5.0, 50.0)),
         "effort_rate_limit": lambda: float(rng.uniform(200.0, 2e4)),
     }

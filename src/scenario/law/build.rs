@@ -302,7 +302,9 @@ where
                 let bandwidth: [f64; N] = it.by_bandwidth()?.unwrap_or([f64::NAN; N]);
                 let slowest = bandwidth.iter().copied().fold(f64::INFINITY, f64::min);
                 let period = self.around.period.ok_or_else(|| Error::missing("control_period"))?;
-                Inertia::with_bandwidth(arm, slowest, period, self.around.front.delay as f64)?
+                let made = |h, d| Inertia::with_bandwidth(arm.clone(), slowest, h, d);
+                self.suits(|h, d| made(h, d).map(|_: (Gains<N>, _)| ()))?;
+                made(period, self.around.front.delay as f64)?
             }
             None => (gains(&it.kp, &it.kv)?, Inertia::new(arm, number("share", &it.share)?)?),
         };
