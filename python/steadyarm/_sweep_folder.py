@@ -117,11 +117,9 @@ class Folder:
 
     def _unused(self, row: int) -> Path:
         """A file for rows from this one on. There may be one that had it, and has others."""
-        for again in count():
-            file = self.path / ROWS.replace("*", f"{row:010}{f'-{again}' * bool(again)}")
-            if not file.exists():
-                return file
-        raise AssertionError
+        names = (f"{row:010}{f'-{again}' * bool(again)}" for again in count())
+        files = (self.path / ROWS.replace("*", name) for name in names)
+        return next(file for file in files if not file.exists())
 
 
 def read_plan(path: Path) -> dict[str, Any]:

@@ -137,17 +137,16 @@ class DesignReport:
             raise ValueError(
                 f"joint: the loop of {joint!r} is not known without a path; give path="
             )
-        ratio, learns, filtered = float(self.inertia_ratio[n]), self.leak_rate is not None, False
-        A, rate = np.zeros((4, 4)), 1
+        ratio, A, rate = float(self.inertia_ratio[n]), np.zeros((4, 4)), 1
         if self.velocity_filter is not None:
-            cut_off, filtered, rate = 2.0 * np.pi * self.velocity_filter, True, 3
-            A[3, 1], A[3, 3] = cut_off, -cut_off
+            cut_off, rate = 2.0 * np.pi * self.velocity_filter, 3
+            A[3, [1, 3]] = cut_off, -cut_off
         A[0, 1] = 1.0
         A[1, [0, rate, 2]] = -ratio * kp, -ratio * kv, -ratio
         if self.leak_rate is not None:
             drive = self.k_i[n] * np.array([self.p12[n], self.p22[n]])
             A[2, [0, rate, 2]] = *drive, -self.leak_rate
-        kept = np.flatnonzero([True, True, learns, filtered])
+        kept = np.flatnonzero([True, True, self.leak_rate is not None, rate == 3])
         B, C = np.array([[0.0], [ratio], [0.0], [0.0]]), np.array([[1.0, 0.0, 0.0, 0.0]])
         return LinearModel(A[np.ix_(kept, kept)], B[kept], C[:, kept], np.zeros((1, 1)))
 
