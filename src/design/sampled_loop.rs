@@ -25,6 +25,8 @@ use crate::riccati::JointSolution;
 
 /// A radius this close to 1 is one of rounding: an integrator that is not driven.
 const ROUNDING: f64 = 1e-12;
+/// An entry this small, of a matrix whose largest is 1, is below the rounding of its eigenvalues.
+const FAINT: f64 = 1e-18;
 /// A joint whose integrator moves less than this in a sample is without one.
 const DRIVEN: f64 = 1e-12;
 /// The search for the longest period grows by this factor, so often, and then bisects so often.
@@ -145,7 +147,8 @@ impl SampledLoop {
                 count += repeated as f64;
             }
         }
-        let values = spectrum(&lap.matrix)?;
+        // What the sums of a lap cannot tell from 0 would keep the iterations from ending.
+        let values = spectrum(&lap.matrix.map(|x| if x.abs() < FAINT { 0.0 } else { x }))?;
         let largest = values.iter().fold(0.0, |most: f64, &z| most.max(modulus(z)));
         if largest == 0.0 {
             return Ok(0.0);

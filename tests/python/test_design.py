@@ -341,3 +341,14 @@ def test_velocities_by_difference_count_as_a_filter_does() -> None:
     assert lagging.velocity_filter is None and "what velocities by kalman lag" in lagging.left_out
     with pytest.raises(TypeError, match="effects: got int, wants an Effects"):
         sa.design(late(), effects=1)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("cut_off", [300.0, 500.0, 1000.0, 2000.0])
+def test_what_a_fast_filter_forgets_in_a_lap_leaves_the_radius_known(cut_off: float) -> None:
+    arm = sa.Serial.shipped("panda")
+    centre = [0.0, -0.5, 0.0, -2.0, 0.0, 1.6, 0.7]
+    path = sa.Sines([1.0, 1.7], sin=np.full((2, 7), 0.1), offset=centre)
+    for p in (10.0, 20.0, 30.0):
+        tracker = sa.ComputedTorque(arm, p**2, 2 * p, velocity_filter=cut_off)
+        report, without = sa.design(tracker, path=path), sa.design(tracker)
+        assert report.sound and report.max_period == pytest.approx(without.max_period, rel=0.05)

@@ -24,8 +24,8 @@ pub struct BuiltLaw<const N: usize> {
     pub compensator: Option<BoxedCompensator<N>>,
 }
 
-/// A rate of 2πf times half a period of this over 2πf is 0.35, what laws let a period take.
-const FILTER_LAG: f64 = 0.7;
+/// A rate of πf times half a period of this over 2πf is 0.35, what laws let a period take.
+const FILTER_LAG: f64 = 1.4;
 
 /// What is known of the loop around a law.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -148,7 +148,7 @@ where
     A: Arm<N> + Adapts<N> + Clone + Send + Sync + 'static,
 {
     /// Asks a condition on period and delay, where they are known, and of a velocity filter that it
-    /// is faster than the law: at the rate 2πf it takes 45° of the 75° that two poles in one place
+    /// is faster than the law: at the rate πf it takes 27° of the 75° that two poles in one place
     /// have. The law that suits a period of [`FILTER_LAG`]/2πf is slower than that.
     pub fn suits(&self, condition: impl Fn(f64, f64) -> Result<()>) -> Result<()> {
         let Around { period, front, .. } = self.around;
@@ -156,7 +156,7 @@ where
             condition(period, front.delay as f64)?;
         }
         let Some(cut_off) = front.velocity_filter else { return Ok(()) };
-        let wanted = "a cut-off [Hz] above the loop's fastest rate [1/s] over 2π: a higher one, or \
+        let wanted = "a cut-off [Hz] above the loop's fastest rate [1/s] over π: a higher one, or \
                       a lower bandwidth";
         condition(FILTER_LAG / (TAU * cut_off), 0.0)
             .map_err(|_| Error::out_of_range("velocity_filter", cut_off, wanted))
