@@ -73,8 +73,8 @@ impl<'a, 'py> Along<'a, 'py> {
 
 /// Run `steadyarm.design`: figures joint by joint, findings in words, and the verdict.
 ///
-/// ``delay``: None is what the tracker knows of. ``velocity_filter``: of the loop, where the tracker
-/// has none [Hz].
+/// ``delay``: None is what the tracker knows of. ``velocity_filter``: of the loop, where the
+/// tracker has none [Hz].
 #[pyfunction]
 #[pyo3(signature = (tracker, control_period, delay, velocity_filter, disturbance, inertia_ratio,
     path, plant, duration))]
