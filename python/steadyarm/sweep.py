@@ -260,7 +260,8 @@ def sweep(
         any kind, a script has its calls below ``if __name__ == "__main__":``.
     out: the folder, made if it is not there.
     chunk_seconds: rows are computed and written in chunks that take about so long [s].
-    retry: whether rows that raised are computed again too, as after a mistake in the function.
+    retry: whether rows that raised are computed again too, as after a mistake in the function. They
+        are taken out first: where this call is stopped they are missing, until the next one.
     progress: whether to show a bar with an estimate; by default on a terminal.
 
     Returns
